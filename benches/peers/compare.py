@@ -100,7 +100,7 @@ def epirig(program, folder, scene, range_px, repeats, options):
         name,
         "all",
         seconds,
-        np.load(results / "disparity.npy").astype(float),
+        np.asarray(Image.open(results / "disparity.tiff"), float),
         np.asarray(Image.open(results / "sigma.tiff"), float),
         f"{name}: the whole command (reading PNG, matching, writing maps and pictures) takes {wall:.1f} s",
     )

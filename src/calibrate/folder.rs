@@ -81,11 +81,16 @@ impl CalibrationFolder {
         Ok(())
     }
 
-    /// Puts maps, record and pictures in place.
+    /// Puts maps, record and pictures in place. As soon as the record is in place, the calibration is, with its
+    /// maps. So what fails after that is no failure: it is returned, for a person to know.
     ///
     /// # Errors
     /// [`CalibrateError`] naming the file that cannot be written.
-    pub fn commit(mut self, calibration: &mut Calibration, maps: &Maps) -> Result<(), CalibrateError> {
+    pub fn commit(
+        mut self,
+        calibration: &mut Calibration,
+        maps: &Maps,
+    ) -> Result<Option<CalibrateError>, CalibrateError> {
         let (path, folder) = (self.sequence.join(CALIBRATION), self.pictures());
         let encode = |name: &'static str, map: &Option<Grid<f32>>| {
             let bytes = map.as_ref().map(|map| MapFormat::Tiff.encode(map)).transpose();
@@ -116,19 +121,22 @@ impl CalibrationFolder {
             }
         }
         write_whole(disk, &path, &record).map_err(io("write", &path))?;
-        for ((name, _), hash) in maps.iter().zip(&hashes) {
-            let place = folder.join(usual(name));
-            let placed = match hash {
-                Some(hash) => disk.rename(&folder.join(of_hash(name, hash)), &place),
-                None => remove(disk, &place),
-            };
-            placed.map_err(io("put in place", &place))?;
-        }
-        for name in &self.pictures {
-            let place = folder.join(name);
-            disk.rename(&self.scratch.path().join(name), &place).map_err(io("put in place", &place))?;
-        }
-        tidy_up(disk, &folder).and_then(|()| disk.sync(&folder)).map_err(io("tidy up", &folder))
+        let mut finish = || -> Result<(), CalibrateError> {
+            for ((name, _), hash) in maps.iter().zip(&hashes) {
+                let place = folder.join(usual(name));
+                let placed = match hash {
+                    Some(hash) => disk.rename(&folder.join(of_hash(name, hash)), &place),
+                    None => remove(disk, &place),
+                };
+                placed.map_err(io("put in place", &place))?;
+            }
+            for name in &self.pictures {
+                let place = folder.join(name);
+                disk.rename(&self.scratch.path().join(name), &place).map_err(io("put in place", &place))?;
+            }
+            tidy_up(disk, &folder).and_then(|()| disk.sync(&folder)).map_err(io("tidy up", &folder))
+        };
+        Ok(finish().err())
     }
 }
 

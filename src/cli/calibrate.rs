@@ -11,7 +11,7 @@ use super::rig::RigArgument;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{
-    CALIBRATION, Calibration, CalibrationPlan, LensKnowledge, LensSource, PositionSource,
+    CALIBRATION, CalibrateError, Calibration, CalibrationPlan, LensKnowledge, LensSource, PositionSource,
     read_calibration_file,
 };
 use crate::pipeline::{calibrate_sequence, calibration_need};
@@ -103,12 +103,12 @@ impl CalibrateVerb {
         let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
         let need = calibration_need(frames_of(&sequence, None), others.iter().sum());
         check("calibrating", need, talk, close_others)?;
-        let found = calibrate_sequence(&sequence, &plan, self.overwrite, talk)?;
+        let (found, unfinished) = calibrate_sequence(&sequence, &plan, self.overwrite, talk)?;
         let calibration = &found.calibration;
         if let Some(path) = &self.export_lens {
             export(path, calibration)?;
         }
-        tell(calibration, talk);
+        tell(calibration, unfinished.as_ref(), talk);
         talk.result(calibration, || {
             format!(
                 "{}wrote {}\n{}next: epirig match {}\n",
@@ -221,8 +221,11 @@ fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {
     super::files::write_new(path, text.as_bytes())
 }
 
-/// Prints the calibration's notes and needs.
-pub(super) fn tell(calibration: &Calibration, talk: &Talk) {
+/// Prints the calibration's notes and needs, and what failed when it was in place.
+pub(super) fn tell(calibration: &Calibration, unfinished: Option<&CalibrateError>, talk: &Talk) {
+    if let Some(error) = unfinished {
+        talk.say(&format!("note: {CALIBRATION} is in place and whole, but {error}"));
+    }
     for note in &calibration.notes {
         talk.say(&format!("note: {note}"));
     }

@@ -34,8 +34,8 @@ const PRINTED_PLACES: usize = 5;
   epirig compare before after --out change --mask object.png
   epirig compare tile tile/results-quick --out change      two matches of one scan
 
-A and B are folders of sequences, or of their results. DIR holds difference_mm.tiff, .npy and .pfm
-(height in B less height in A, at the pixels of A), difference_sigma_mm.tiff, difference.png,
+A and B are folders of sequences, or of their results. DIR holds difference_mm.tiff (height
+in B less height in A, at the pixels of A), difference_sigma_mm.tiff, difference.png,
 significance.png (difference over sigma), places.csv (where the difference is significant) and
 compare.json. If nothing changed, 68 % of the pixels lie within one sigma, and 95 % within two."
 )]

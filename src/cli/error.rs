@@ -209,7 +209,10 @@ impl CliError {
                 | ResultsError::NoName { .. }
                 | ResultsError::UnknownFormat { .. }
                 | ResultsError::Format { source: FormatError::Unsuitable { .. }, .. } => USAGE,
-                ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
+                ResultsError::Format { .. }
+                | ResultsError::BadSummary { .. }
+                | ResultsError::Changed { .. }
+                | ResultsError::Missing { .. } => INTEGRITY,
                 ResultsError::Read(error) => read_code(error),
                 _ => TROUBLE,
             },

@@ -11,8 +11,8 @@ use super::region::RegionArguments;
 use super::scan_end::{AnywayArgument, tell_results};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
-use crate::pipeline::{Frames, load, match_need};
-use crate::results::{Region, read_map, read_named_map, read_summary};
+use crate::pipeline::{Frames, OpenedResults, load, match_need, open_results};
+use crate::results::{Region, read_named_map};
 use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::evaluate::{
@@ -88,14 +88,13 @@ impl Evaluate {
             ));
         };
         let folder = self.results.unwrap_or_else(|| self.seq.join("results"));
-        let summary = read_summary(&folder)?;
-        tell_results(&summary, talk);
+        let sequence = Sequence::open(&self.seq)?;
+        let OpenedResults { matched, disparity, sigma, .. } = open_results(&sequence, &folder)?;
+        tell_results(&matched, talk);
         // The results do not hold what was found about the scan later.
-        if let Some(words) = Sequence::open(&self.seq).ok().and_then(|sequence| sequence.end_in_words()) {
+        if let Some(words) = sequence.end_in_words() {
             talk.say(&format!("note: {words}"));
         }
-        let disparity = read_map(&folder.join("disparity.tiff"))?;
-        let sigma = read_map(&folder.join("sigma.tiff"))?;
         let mut truth = read_named_map(truth_file)?;
         let region = self.region.region(disparity.rows(), disparity.columns(), talk)?;
         if let Some(inside) = region.inside(disparity.rows(), disparity.columns()) {
@@ -104,7 +103,7 @@ impl Evaluate {
             places.filter(|&(_, &inside)| !inside).for_each(|(truth, _)| *truth = f32::NAN);
         }
         let report =
-            compare_with_truth(&disparity, Some(&sigma), &truth, (summary.tau_before, summary.tau_after))?;
+            compare_with_truth(&disparity, Some(&sigma), &truth, (matched.tau_before, matched.tau_after))?;
         if report.all.pixels == 0 {
             return Err(CliError::Integrity(format!(
                 "{}: no pixel has a true value{}; give a map that holds finite numbers there",

@@ -9,11 +9,13 @@ use serde::Serialize;
 use super::files::write_new;
 use super::need::{check, close_others};
 use super::scan_end::tell_results;
-use super::surface::NO_GEOMETRY;
+use super::surface::known_heights;
 use super::{CliError, Talk};
-use crate::pipeline::{OpenedResults, matched_frame, open_results, surface_need, surface_points};
-use crate::report::{MapPicture, ValueRange};
-use crate::results::{MatchSummary, ResultsError, encoded_picture, read_map, read_summary};
+use crate::pipeline::{
+    OpenedResults, answer_classes, matched_frame, open_results, surface_need, surface_points,
+};
+use crate::report::{MapPicture, ValueRange, Window, class_picture};
+use crate::results::{ResultFiles, ResultsError, ResultsKind, encoded_picture, read_compare_facts};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat, Quantity};
 use epirig_data::sequence::Sequence;
@@ -26,15 +28,24 @@ enum MapName {
     Sigma,
     Cost,
     Confidence,
+    /// Why a pixel has an answer or none, with the values of mask.png
+    Mask,
+    /// Height as measured
     Height,
     HeightSigma,
+    /// Height as measured, where `epirig surface` used it
+    HeightUsed,
     /// Height after removal of the form, as `epirig surface` found it
     HeightWithoutForm,
+    /// The same between the cut-offs of the filters of `epirig surface`
+    HeightFiltered,
+    /// Difference of height that `epirig compare` found
+    Difference,
+    DifferenceSigma,
 }
 
 /// What is known of a map by its name.
 struct About {
-    file: &'static str,
     title: &'static str,
     unit: &'static str,
     quantity: Quantity,
@@ -44,27 +55,43 @@ struct About {
 
 impl MapName {
     fn about(self) -> About {
-        let (file, title, unit, quantity, least_span) = match self {
-            Self::Disparity => ("disparity.tiff", "Disparity", "px", Quantity::ImagePx, 0.05),
-            Self::Sigma => {
-                ("sigma.tiff", "Standard uncertainty of the disparity", "px", Quantity::ImagePx, 0.001)
-            }
-            Self::Cost => ("cost.tiff", "Cost", "of the chosen line", Quantity::Number, 0.001),
-            Self::Confidence => ("confidence.tiff", "Confidence", "0 to 1", Quantity::Number, 0.001),
-            Self::Height => ("height_mm.tiff", "Height", "mm", Quantity::LengthMm, 0.01),
-            Self::HeightSigma => (
-                "height_sigma_mm.tiff",
-                "Standard uncertainty of the height",
-                "mm",
-                Quantity::LengthMm,
-                0.001,
-            ),
-            Self::HeightWithoutForm => {
-                ("surface/height_mm.tiff", "Height after the form", "mm", Quantity::LengthMm, 0.01)
+        let (title, unit, quantity, least_span) = match self {
+            Self::Disparity => ("Disparity", "px", Quantity::ImagePx, 0.05),
+            Self::Sigma => ("Standard uncertainty of the disparity", "px", Quantity::ImagePx, 0.001),
+            Self::Cost => ("Cost", "of the chosen line", Quantity::Number, 0.001),
+            Self::Confidence => ("Confidence", "0 to 1", Quantity::Number, 0.001),
+            Self::Mask => ("Answers of the matcher", "values of mask.png", Quantity::Number, 1.0),
+            Self::Height => ("Height", "mm", Quantity::LengthMm, 0.01),
+            Self::HeightSigma => ("Standard uncertainty of the height", "mm", Quantity::LengthMm, 0.001),
+            Self::HeightUsed => ("Height of the surface, with the form", "mm", Quantity::LengthMm, 0.01),
+            Self::HeightWithoutForm => ("Height after the form", "mm", Quantity::LengthMm, 0.01),
+            Self::HeightFiltered => ("Height between the cut-offs", "mm", Quantity::LengthMm, 0.01),
+            Self::Difference => ("Second less first height", "mm", Quantity::LengthMm, 0.01),
+            Self::DifferenceSigma => {
+                ("Standard uncertainty of the difference", "mm", Quantity::LengthMm, 0.001)
             }
         };
-        About { file, title, unit, quantity, least_span }
+        About { title, unit, quantity, least_span }
     }
+
+    /// Whether its values are heights of a surface, which has points and a relief.
+    fn is_height(self) -> bool {
+        matches!(self, Self::Height | Self::HeightUsed | Self::HeightWithoutForm | Self::HeightFiltered)
+    }
+
+    fn is_difference(self) -> bool {
+        matches!(self, Self::Difference | Self::DifferenceSigma)
+    }
+}
+
+/// A map with what it is a map of.
+struct Found {
+    map: Grid<f32>,
+    /// What it was made of, for a title.
+    source: String,
+    pixel_mm: Option<f64>,
+    /// The sequence with its results; `None` for a comparison of two.
+    of: Option<(Sequence, OpenedResults)>,
 }
 
 /// What the ending of a file asks for.
@@ -102,13 +129,15 @@ impl Output {
   epirig export seq --out disparity.csv
   epirig export seq --map height --out height.npy
   epirig export seq --map height-without-form --out for/gwyddion.gsf
+  epirig export change --map difference --out difference.npy
 
 The extension chooses the format: {}. PLY (points) and X3P are for
 heights only. A folder that is missing is made.", Output::extensions())
 )]
 pub(super) struct Export {
-    /// Folder of the sequence
-    seq: PathBuf,
+    /// Folder of the sequence; for a difference, that of `epirig compare`
+    #[arg(value_name = "SEQ")]
+    folder: PathBuf,
     /// The map
     #[arg(long, value_enum, default_value = "disparity")]
     map: MapName,
@@ -139,28 +168,14 @@ impl Export {
         if self.out.exists() {
             return Err(CliError::Usage(format!("{} exists already; give another name", self.out.display())));
         }
-        let folder = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
-        let summary = read_summary(&folder)?;
-        tell_results(&summary, talk);
-        let about = self.map.about();
-        let path = folder.join(about.file);
-        let missing = match self.map {
-            MapName::HeightWithoutForm => "run `epirig surface` first",
-            MapName::Height | MapName::HeightSigma => NO_GEOMETRY,
-            _ => "run `epirig match` again",
-        };
-        if !path.exists() {
-            return Err(CliError::Usage(format!("{} is not there: {missing}", path.display())));
-        }
-        let map = read_map(&path)?;
+        let found = if self.map.is_difference() { self.difference()? } else { self.of_sequence(talk)? };
         let bytes = match output {
             Output::Map(format) => {
-                let facts = self.facts(format, &folder, &summary);
-                let encoded = format.encode_with(&map, &facts);
+                let encoded = format.encode_with(&found.map, &self.facts(&found));
                 encoded.map_err(|source| ResultsError::Format { path: self.out.clone(), source })?
             }
-            Output::Points => self.points(&map, &folder, talk)?,
-            Output::Picture => self.picture(&map, &folder)?,
+            Output::Points => self.points(&found)?,
+            Output::Picture => self.picture(&found)?,
         };
         let place = parent(&self.out);
         fs::create_dir_all(place).map_err(|source| CliError::File {
@@ -169,66 +184,146 @@ impl Export {
             source,
         })?;
         write_new(&self.out, &bytes)?;
-        let exported =
-            Exported { file: self.out.display().to_string(), rows: map.rows(), columns: map.columns() };
-        talk.result(&exported, || format!("{}: {} x {}\n", exported.file, exported.columns, exported.rows))
+        let (rows, columns) = (found.map.rows(), found.map.columns());
+        let exported = Exported { file: self.out.display().to_string(), rows, columns };
+        talk.result(&exported, || format!("{}: {columns} x {rows}\n", exported.file))
     }
 
-    /// What `format` may say of the map. Without a sequence the size of a pixel is not known.
-    fn facts(&self, format: MapFormat, folder: &Path, summary: &MatchSummary) -> MapFacts {
-        let About { title, unit, quantity, .. } = self.map.about();
-        let title = format!("{title} ({unit}), sequence {}", summary.sequence_uid);
-        let mut facts = MapFacts { quantity, title, ..MapFacts::default() };
-        if format.holds_facts()
-            && let Ok((sequence, opened)) = self.opened(folder)
-        {
-            facts.pixel_mm = opened.heights.as_ref().map(Heights::pixel_mm);
-            facts.taken = Some(sequence.record().created.clone());
+    /// A map of a sequence, if the results belong to it.
+    fn of_sequence(&self, talk: &Talk) -> Result<Found, CliError> {
+        let folder = self.results.clone().unwrap_or_else(|| self.folder.join("results"));
+        let sequence = Sequence::open(&self.folder)?;
+        let opened = open_results(&sequence, &folder)?;
+        tell_results(&opened.matched, talk);
+        let map = self.map_of(&sequence, &opened, &folder)?;
+        check("exporting a map", surface_need(map.rows(), map.columns()), talk, close_others)?;
+        let pixel_mm = opened.heights.as_ref().map(Heights::pixel_mm);
+        let source = format!("sequence {}", opened.matched.sequence_uid);
+        Ok(Found { map, source, pixel_mm, of: Some((sequence, opened)) })
+    }
+
+    fn map_of(
+        &self,
+        sequence: &Sequence,
+        opened: &OpenedResults,
+        folder: &Path,
+    ) -> Result<Grid<f32>, CliError> {
+        let heights = || known_heights(opened, sequence, folder);
+        let of_surface = |name: &str| -> Result<Option<Grid<f32>>, CliError> {
+            let map = opened.files.surface()?.map(|surface| surface.map(name)).transpose()?.flatten();
+            let size = (opened.disparity.rows(), opened.disparity.columns());
+            match map {
+                Some(map) if (map.rows(), map.columns()) != size => Err(CliError::Integrity(format!(
+                    "{}: its maps do not fit the sequence; run `epirig surface` again",
+                    folder.join("surface").display()
+                ))),
+                map => Ok(map),
+            }
+        };
+        let there = |map: Option<Grid<f32>>, verb: &str| {
+            map.ok_or_else(|| {
+                let folder = folder.display();
+                CliError::Usage(format!("{folder} holds no such map; run {verb} first"))
+            })
+        };
+        let without_form = || there(of_surface("height_mm.tiff")?, "`epirig surface`");
+        Ok(match self.map {
+            MapName::Disparity => opened.disparity.clone(),
+            MapName::Sigma => opened.sigma.clone(),
+            MapName::Cost => opened.files.needed_map("cost.tiff")?,
+            MapName::Confidence => opened.files.needed_map("confidence.tiff")?,
+            MapName::Mask => {
+                let mask = opened.files.grey("mask.png")?.map(|mask| mask.map(f32::from));
+                there(mask, "`epirig match --overwrite`")?
+            }
+            MapName::Height => heights()?.height_mm.clone(),
+            MapName::HeightSigma => heights()?.sigma_mm.clone(),
+            MapName::HeightUsed => {
+                let (mut used, rest) = (heights()?.height_mm.clone(), without_form()?);
+                let pairs = used.values_mut().iter_mut().zip(rest.values());
+                pairs.filter(|(_, rest)| rest.is_nan()).for_each(|(height, _)| *height = f32::NAN);
+                used
+            }
+            MapName::HeightWithoutForm => without_form()?,
+            MapName::HeightFiltered => there(
+                of_surface("filtered_mm.tiff")?,
+                "`epirig surface` with --s-filter-mm or --l-filter-mm",
+            )?,
+            MapName::Difference | MapName::DifferenceSigma => there(None, "`epirig compare`")?,
+        })
+    }
+
+    /// A map of a comparison.
+    fn difference(&self) -> Result<Found, CliError> {
+        let (folder, kind) = (&self.folder, ResultsKind::Compare);
+        if !folder.join(kind.summary()).is_file() {
+            return Err(CliError::Usage(format!(
+                "{} holds no {}; give the folder that `epirig compare` wrote",
+                folder.display(),
+                kind.summary()
+            )));
         }
-        facts
+        let facts = read_compare_facts(folder)?;
+        let name = match self.map {
+            MapName::DifferenceSigma => "difference_sigma_mm.tiff",
+            _ => "difference_mm.tiff",
+        };
+        Ok(Found {
+            map: ResultFiles::open(folder, kind)?.needed_map(name)?,
+            source: format!("sequence {} less {}", facts.second_uid, facts.first_uid),
+            pixel_mm: Some(facts.pixel_mm),
+            of: None,
+        })
     }
 
-    /// The map as a picture; without a sequence in px, and without a photograph.
-    fn picture(&self, map: &Grid<f32>, folder: &Path) -> Result<Vec<u8>, CliError> {
+    /// What a file may say of the map.
+    fn facts(&self, found: &Found) -> MapFacts {
+        let About { title, unit, quantity, .. } = self.map.about();
+        MapFacts {
+            quantity,
+            pixel_mm: found.pixel_mm,
+            title: format!("{title} ({unit}), {}", found.source),
+            taken: found.of.as_ref().map(|(sequence, _)| sequence.record().created.clone()),
+        }
+    }
+
+    /// The map as a picture; without a photograph if the frame is no longer there.
+    fn picture(&self, found: &Found) -> Result<Vec<u8>, CliError> {
         let About { title, unit, least_span, .. } = self.map.about();
-        let opened = self.opened(folder).ok();
-        let photograph = opened.as_ref().and_then(|(sequence, opened)| {
+        let map = &found.map;
+        if self.map == MapName::Mask {
+            let (classes, window) = (answer_classes(), Window::whole(map.rows(), map.columns()));
+            let values = map.map(|value| value as u8);
+            let picture = class_picture(&values, title, &classes, (&window, found.pixel_mm))?;
+            return Ok(encoded_picture(&self.out, &picture)?);
+        }
+        let photograph = found.of.as_ref().and_then(|(sequence, opened)| {
             matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok()
         });
-        let pixel_mm = opened.and_then(|(_, opened)| opened.heights.as_ref().map(Heights::pixel_mm));
         let range = ValueRange::of(map, least_span);
-        let picture = MapPicture::new(map, title, unit, range).in_mm(pixel_mm).beside(photograph.as_ref());
-        let is_height = matches!(self.map, MapName::Height | MapName::HeightWithoutForm);
-        let picture = if is_height { picture.as_relief() } else { picture };
+        let range = if self.map == MapName::Difference { range.around_zero() } else { range };
+        let picture =
+            MapPicture::new(map, title, unit, range).in_mm(found.pixel_mm).beside(photograph.as_ref());
+        let picture = match self.map {
+            MapName::Difference => picture.diverging(),
+            map if map.is_height() => picture.as_relief(),
+            _ => picture,
+        };
         Ok(encoded_picture(&self.out, &picture.picture()?)?)
     }
 
-    fn opened(&self, folder: &Path) -> Result<(Sequence, OpenedResults), CliError> {
-        let sequence = Sequence::open(&self.seq)?;
-        let opened = open_results(&sequence, folder)?;
-        Ok((sequence, opened))
-    }
-
-    fn points(&self, map: &Grid<f32>, folder: &Path, talk: &Talk) -> Result<Vec<u8>, CliError> {
-        let About { title, quantity, least_span, .. } = self.map.about();
-        if quantity != Quantity::LengthMm || self.map == MapName::HeightSigma {
+    fn points(&self, found: &Found) -> Result<Vec<u8>, CliError> {
+        let heights = found.of.as_ref().and_then(|(_, opened)| opened.heights.as_ref());
+        let Some(heights) = heights.filter(|_| self.map.is_height()) else {
             return Err(CliError::Usage(
                 ".ply is for points in space; give --map height or --map height-without-form".to_owned(),
             ));
-        }
-        let need = surface_need(map.rows(), map.columns());
-        check("making points of a map", need, talk, close_others)?;
-        let (sequence, opened) = self.opened(folder)?;
-        let heights = opened.heights.as_ref().filter(|heights| {
-            (heights.height_mm.rows(), heights.height_mm.columns()) == (map.rows(), map.columns())
-        });
-        let heights = heights.ok_or_else(|| {
-            CliError::Integrity(format!("{}: its maps do not fit the sequence", folder.display()))
-        })?;
+        };
+        let About { title, least_span, .. } = self.map.about();
         let about = format!(
-            "{title} as z, towards the camera; x to the right, y up; sequence {}",
-            sequence.record().uid
+            "{title} as z from the level {} mm away, towards the camera; x to the right, y up; {}",
+            heights.distance_mm, found.source
         );
-        Ok(surface_points(heights, map, ValueRange::of(map, least_span), &[&about]))
+        Ok(surface_points(heights, &found.map, ValueRange::of(&found.map, least_span), &[&about]))
     }
 }

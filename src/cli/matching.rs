@@ -29,7 +29,7 @@ use epirig_matcher::{Answer, DisparityMaps, MatchError};
   epirig match seq --quick --out look                      a first look: a third of the time
   epirig match seq --mask object.png                       only what is white, in less time
 
-The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff),
+The results are maps as .tiff (disparity, sigma, cost, confidence, height_mm, height_sigma_mm),
 mask.png (255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 occluded,
 160 ambiguous, 200 outside mask or region), answers.png (the same in colours), pictures, figures/ and match.json."
 )]

@@ -143,8 +143,8 @@ pub(super) fn measure_object(
     let calibration = if can_be_calibrated(profile) {
         let record = sequence.record();
         let plan = calibration_plan(profile, record.columns, record.rows);
-        let found = calibrate_sequence(&sequence, &plan, false, talk)?;
-        tell(&found.calibration, talk);
+        let (found, unfinished) = calibrate_sequence(&sequence, &plan, false, talk)?;
+        tell(&found.calibration, unfinished.as_ref(), talk);
         Some((found.calibration, found.maps))
     } else {
         None

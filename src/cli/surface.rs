@@ -43,11 +43,11 @@ const REPORT: &str = "report.html";
 All values belong to the largest connected region (of --region or --mask, if given), without
 outliers, very uncertain heights and its rim. Outliers are left out, too: fewer connected pixels than a hollow needs, more than eight
 standard deviations above the upper or below the lower level. The folder results/surface holds
-report.html (the whole measurement on one page, which prints and needs no network), height_mm.tiff,
-height.gsf, height.x3p and surface.ply (the region after removal of the form), hollows.csv,
-profile.csv, surface.json, and pictures. With a filter it also holds filtered_mm.tiff and
-filtered.x3p (the heights between the cut-offs). In used.png, white pixels were used, light grey
-ones are walls and outliers, and dark grey ones were left out; pixels.png has a legend."
+report.html (the whole measurement on one page, which prints and needs no network), height_mm.tiff
+(the region after removal of the form), hollows.csv, profile.csv, surface.json, and pictures. With
+a filter it also holds filtered_mm.tiff (the heights between the cut-offs). In used.png, white
+pixels were used, light grey ones are walls and outliers, and dark grey ones were left out;
+pixels.png has a legend. `epirig export` makes PLY, GSF, X3P and other formats of the heights."
 )]
 pub(super) struct Surface {
     /// Folder of the sequence
@@ -81,9 +81,6 @@ pub(super) struct Surface {
     /// Cut-off of the L-filter, in mm: longer waves do not count as roughness [default: no filter]
     #[arg(long, value_name = "MM")]
     l_filter_mm: Option<f64>,
-    /// Points of surface.ply as measured, without removal of the form
-    #[arg(long)]
-    points_with_form: bool,
     #[command(flatten)]
     anyway: AnywayArgument,
 }
@@ -108,18 +105,12 @@ impl Surface {
             line,
             profile_width_px: self.profile_width as usize,
             filters,
-            points_with_form: self.points_with_form,
         };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
         let folder = ResultsFolder::create(&out, ResultsKind::Surface, self.overwrite)?;
         let halves = halves(&sequence, &opened, talk)?;
-        let measured = MeasuredSurface {
-            sequence: &sequence,
-            results: &results,
-            opened: &opened,
-            heights,
-            halves: halves.as_ref(),
-        };
+        let measured =
+            MeasuredSurface { sequence: &sequence, opened: &opened, heights, halves: halves.as_ref() };
         let summary = inspect_surface(measured, &questions, &folder)?;
         folder.commit()?;
         let conclusion = conclusion(&summary, planned_mm(&sequence));
@@ -206,7 +197,7 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
     let out = results.join("surface");
     let folder = ResultsFolder::create(&out, ResultsKind::Surface, false)?;
     let halves = halves(sequence, &opened, talk)?;
-    let measured = MeasuredSurface { sequence, results, opened: &opened, heights, halves: halves.as_ref() };
+    let measured = MeasuredSurface { sequence, opened: &opened, heights, halves: halves.as_ref() };
     let summary = inspect_surface(measured, &questions, &folder)?;
     folder.commit()?;
     Ok((summary, out.join(REPORT)))

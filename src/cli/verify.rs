@@ -1,15 +1,16 @@
 //! `epirig verify`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::profile::Profile;
+use crate::results::{ResultFiles, ResultsError, ResultsKind, results_beside};
 use epirig_data::sequence::{Finding, Origin, Sequence, verify};
 
-/// Check a sequence against its records: hashes, gaps, sizes, positions, calibration
+/// Check a sequence against its records: hashes, gaps, sizes, positions, calibration, results
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  epirig verify seq\n\nThe exit code is 5 if anything differs from the records."
@@ -52,6 +53,21 @@ fn other_simulator(sequence: &Sequence, rig: &Profile) -> Option<Finding> {
     })
 }
 
+/// Files of the results in the folder `name` of a sequence, and of their surface, that differ from their records.
+fn findings_of_results(sequence: &Path, name: &str) -> Vec<Finding> {
+    let check = || -> Result<Vec<ResultsError>, ResultsError> {
+        let results = ResultFiles::open(&sequence.join(name), ResultsKind::Match)?;
+        let surface = results.surface().map_or_else(
+            |error| vec![error],
+            |surface| surface.as_ref().map_or_else(Vec::new, ResultFiles::check),
+        );
+        Ok(results.check().into_iter().chain(surface).collect())
+    };
+    let found = check().unwrap_or_else(|error| vec![error]);
+    let finding = |error: ResultsError| Finding { file: name.to_owned(), problem: error.to_string() };
+    found.into_iter().map(finding).collect()
+}
+
 impl Verify {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let sequence = Sequence::open(&self.seq)?;
@@ -66,6 +82,9 @@ impl Verify {
         }
         if let Err(error) = read_calibration(&sequence) {
             report.findings.push(Finding { file: CALIBRATION.to_owned(), problem: error.to_string() });
+        }
+        for name in results_beside(sequence.folder()) {
+            report.findings.extend(findings_of_results(sequence.folder(), &name));
         }
         talk.result(&report, || {
             let findings: String = report

@@ -8,7 +8,8 @@ use crate::report::calibration_figures;
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 
-/// Calibrates `sequence` and writes `calibration.json`, with pictures and their data in `calibration/`.
+/// Calibrates `sequence` and writes `calibration.json`, with pictures and their data in `calibration/`. The second
+/// value is what failed when the calibration was in place: a picture that is missing, or a file that is left over.
 ///
 /// # Errors
 /// [`PipelineError`]; nothing is written if the frames are rejected.
@@ -17,7 +18,7 @@ pub fn calibrate_sequence(
     plan: &CalibrationPlan,
     overwrite: bool,
     progress: &dyn Progress,
-) -> Result<Calibrated, PipelineError> {
+) -> Result<(Calibrated, Option<CalibrateError>), PipelineError> {
     let mut folder = CalibrationFolder::of(sequence.folder(), overwrite)?;
     let mut found = calibrate(sequence, plan, progress)?;
     for figure in calibration_figures(&found)? {
@@ -32,6 +33,6 @@ pub fn calibrate_sequence(
         folder.write(&name, bytes.get_ref())?;
         folder.write(&format!("{}.csv", figure.name), figure.csv.as_bytes())?;
     }
-    folder.commit(&mut found.calibration, &found.maps)?;
-    Ok(found)
+    let unfinished = folder.commit(&mut found.calibration, &found.maps)?;
+    Ok((found, unfinished))
 }

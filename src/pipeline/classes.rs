@@ -5,7 +5,7 @@ use crate::results::mask_value;
 use epirig_matcher::Answer;
 
 /// Kinds of answers, as in `mask.png`, in colours that are distinct for people with any colour vision (Wong 2011).
-pub(super) fn answer_classes() -> [Class; 7] {
+pub fn answer_classes() -> [Class; 7] {
     let class = |answer, colour, name| Class { value: mask_value(answer), colour, name };
     [
         class(Answer::Found, [240, 240, 240], "answered"),

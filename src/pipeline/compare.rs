@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::{OpenedResults, PipelineError, matched_frame, steps_options};
 use crate::report::{MapPicture, ReportError, ValueRange};
-use crate::results::{MaskFacts, Region, ResultsError, ResultsFolder};
+use crate::results::{MaskFacts, Region, ResultsError, ResultsFolder, ResultsKind};
 use epirig_calibration::registration::{ShiftError, Similarity, similarity_between};
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::grid::Grid;
@@ -16,8 +16,6 @@ use epirig_matcher::comparison::{
 };
 use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
 
-/// Version of `compare.json`.
-const FORMAT_VERSION: u32 = 1;
 /// Samples of the frames that are registered: fine enough that rounding does not count.
 const BIT_DEPTH: u8 = 16;
 /// Colours of the significance reach to this many sigma.
@@ -83,6 +81,8 @@ pub struct CompareSummary {
     pub first_uid: String,
     /// Uid of the second sequence.
     pub second_uid: String,
+    /// Hashes of the `match.json` of the first and of the second.
+    pub matched_blake3: [String; 2],
     /// How the picture moved from the first scan to the second.
     pub motion: MotionSummary,
     /// Form that was removed from the difference.
@@ -151,10 +151,11 @@ pub fn compare_scans(
     let found = compare(heights, registration, trend, inside.as_ref(), margins_px)?;
     let pixel_mm = first.heights.pixel_mm();
     let summary = CompareSummary {
-        format: FORMAT_VERSION,
+        format: ResultsKind::Compare.format(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         first_uid: first.sequence.record().uid.clone(),
         second_uid: second.sequence.record().uid.clone(),
+        matched_blake3: [&first, &second].map(|scan| scan.opened.files.record_hash().to_owned()),
         motion: summarised(&motion, (rows, columns), pixel_mm),
         trend,
         offset_mm: found.trend.coefficients.first().copied().unwrap_or(0.0),
@@ -206,9 +207,7 @@ fn write(
     let Comparison { difference_mm, sigma_mm, .. } = found;
     let between = format!("sequence {} less {}", summary.second_uid, summary.first_uid);
     let facts = MapFacts::lengths(summary.pixel_mm, format!("Difference of height in mm, {between}"));
-    for name in ["difference_mm.tiff", "difference_mm.npy", "difference_mm.pfm"] {
-        folder.write_map(name, difference_mm, &facts)?;
-    }
+    folder.write_map("difference_mm.tiff", difference_mm, &facts)?;
     let title = format!("Standard uncertainty of the difference in mm, {between}");
     let facts = MapFacts::lengths(summary.pixel_mm, title);
     folder.write_map("difference_sigma_mm.tiff", sigma_mm, &facts)?;
@@ -224,7 +223,8 @@ fn write(
     let significance = picture(&significance, "Difference over its standard uncertainty", "sigma", range);
     folder.write_picture("significance.png", &significance.picture()?)?;
     folder.write("places.csv", places_csv(&summary.places));
-    Ok(folder.write_json("compare.json", summary)?)
+    folder.set_record(summary.clone());
+    Ok(())
 }
 
 fn places_csv(places: &[Place]) -> String {

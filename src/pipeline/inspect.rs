@@ -1,9 +1,10 @@
 //! Analyses a surface, and writes files and pictures.
 
-use super::points::surface_points;
 use super::{OpenedResults, PipelineError};
 use crate::report::{Chart, MapPicture, Marks, Series, USED_CLASSES, ValueRange, Window, class_picture};
-use crate::results::{FieldSummary, LevelsSummary, MatchSettings, Region, ResultsFolder, SurfaceSummary};
+use crate::results::{
+    FieldSummary, LevelsSummary, MatchSettings, Region, ResultsFolder, ResultsKind, SurfaceSummary,
+};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
@@ -12,9 +13,6 @@ use epirig_matcher::surface::{
     find_extent, find_outliers, find_steps, fit_trend, profile,
 };
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX};
-
-/// Version of `surface.json`.
-const FORMAT_VERSION: u32 = 4;
 
 /// Questions about a surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,8 +29,6 @@ pub struct SurfaceQuestions {
     pub profile_width_px: usize,
     /// Filters of the roughness.
     pub filters: Filters,
-    /// Whether the points of `surface.ply` keep the form.
-    pub points_with_form: bool,
 }
 
 impl SurfaceQuestions {
@@ -46,7 +42,6 @@ impl SurfaceQuestions {
             line: None,
             profile_width_px: 1,
             filters,
-            points_with_form: false,
         }
     }
 }
@@ -118,9 +113,10 @@ pub fn analyse_surface(
     let pixel_mm = heights.pixel_mm();
     let filtered_mm = filters.any().then(|| filters.applied(&rest_mm, pixel_mm));
     let summary = SurfaceSummary {
-        format: FORMAT_VERSION,
+        format: ResultsKind::Surface.format(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: matched.sequence_uid.clone(),
+        matched_blake3: opened.files.record_hash().to_owned(),
         scan_ended: matched.scan_ended.clone(),
         distance_mm: heights.distance_mm,
         pixel_mm,
@@ -226,30 +222,23 @@ fn levels(
     }
 }
 
-/// Writes the files of `answers` about `heights` into `folder`; the frames were taken at `taken`, as in RFC
-/// 3339. The photograph is shown beside the heights.
+/// Writes the files of `answers` into `folder`; the frames were taken at `taken`, as in RFC 3339. The
+/// photograph is shown beside the heights.
 pub(super) fn write_answers(
     folder: &ResultsFolder,
-    heights: &Heights,
     answers: &SurfaceAnswers,
-    questions: &SurfaceQuestions,
     (taken, photograph): (&str, Option<&Grid<f32>>),
 ) -> Result<(), PipelineError> {
     let SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used } = answers;
     let title = format!("Height after the trend in mm, sequence {}", summary.sequence_uid);
     let facts = MapFacts { taken: Some(taken.to_owned()), ..MapFacts::lengths(summary.pixel_mm, title) };
-    for name in ["height_mm.tiff", "height.gsf", "height.x3p"] {
-        folder.write_map(name, rest_mm, &facts)?;
-    }
+    folder.write_map("height_mm.tiff", rest_mm, &facts)?;
     if let Some(filtered_mm) = filtered_mm {
         let title = format!("Height between the cut-offs in mm, sequence {}", summary.sequence_uid);
         let facts = MapFacts { title, ..facts };
-        for name in ["filtered_mm.tiff", "filtered.x3p"] {
-            folder.write_map(name, filtered_mm, &facts)?;
-        }
+        folder.write_map("filtered_mm.tiff", filtered_mm, &facts)?;
     }
     let range = ValueRange::of(rest_mm, 0.01);
-    folder.write("surface.ply", points(heights, answers, range, questions.points_with_form));
     folder.write("profile.csv", profile_csv(profile));
     if let Some(levels) = &summary.levels {
         folder.write("hollows.csv", parts_csv(levels));
@@ -263,27 +252,8 @@ pub(super) fn write_answers(
     folder.write_picture("pixels.png", &pixels)?;
     folder.write_picture("profile.png", &chart(profile, summary).picture()?)?;
     folder.write_grey("used.png", used)?;
-    folder.write_json("surface.json", summary)?;
+    folder.set_record(summary.clone());
     Ok(())
-}
-
-/// The region as PLY: after removal of the form, or with it.
-fn points(heights: &Heights, answers: &SurfaceAnswers, range: ValueRange, with_form: bool) -> Vec<u8> {
-    let SurfaceAnswers { summary, rest_mm, .. } = answers;
-    let source = format!("source: epirig {}, sequence {}", env!("CARGO_PKG_VERSION"), summary.sequence_uid);
-    let level = format!("the level {} mm away", heights.distance_mm);
-    if with_form {
-        let mut as_measured = heights.height_mm.clone();
-        for (height, rest) in as_measured.values_mut().iter_mut().zip(rest_mm.values()) {
-            *height = if rest.is_nan() { f32::NAN } else { *height };
-        }
-        let axes = format!("x to the right, y up, z towards the camera from {level}; the form is kept");
-        let range = ValueRange::of(&as_measured, 0.01);
-        return surface_points(heights, &as_measured, range, &[&source, &axes]);
-    }
-    let axes =
-        format!("x to the right, y up, z towards the camera from the form near {level}; the form is removed");
-    surface_points(heights, rest_mm, range, &[&source, &axes])
 }
 
 fn number(value: f64) -> String {

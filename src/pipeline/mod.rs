@@ -36,7 +36,7 @@ use epirig_matcher::lines::Lines;
 use epirig_matcher::surface::{Geometry, Heights, ScaleSigma, SurfaceError, heights};
 use epirig_matcher::{Answer, DisparityMaps, MatchError, MatchOptions, Matcher};
 
-use classes::answer_classes;
+pub use classes::answer_classes;
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
 pub use halves::{half_frames, half_heights};
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
@@ -189,7 +189,7 @@ pub fn measure(
     let maps_and_pictures = || write_maps(folder, &maps, (median_sigma_px, &photograph), heights.as_ref());
     let (figures, written) = rayon::join(figures, maps_and_pictures);
     figures.and(written)?;
-    folder.write_summary(&summary)?;
+    folder.set_record(summary.clone());
     progress.end();
     info!("results packed");
     Ok(Measurement { maps, heights, summary })
@@ -245,13 +245,12 @@ fn write_maps(
         title: title.to_owned(),
         taken: None,
     };
-    let disparities = |name| (name, disparity, facts(Quantity::ImagePx, "Disparity in px"));
     let mut files = vec![
+        ("disparity.tiff", disparity, facts(Quantity::ImagePx, "Disparity in px")),
         ("sigma.tiff", sigma, facts(Quantity::ImagePx, "Standard uncertainty of the disparity in px")),
         ("cost.tiff", cost, facts(Quantity::Number, "Cost")),
         ("confidence.tiff", confidence, facts(Quantity::Number, "Confidence")),
     ];
-    files.extend(["disparity.tiff", "disparity.npy", "disparity.pfm"].map(disparities));
     let all: Spread = |disparity| ValueRange::of(disparity, 0.05);
     let most: Spread = |disparity| ValueRange::of_most(disparity, 0.05);
     let mut pictures = vec![

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{PipelineError, geometry};
-use crate::calibrate::{Calibration, read_calibration};
-use crate::results::{MatchSummary, ResultsMismatch, read_map, read_summary};
+use crate::calibrate::{Calibration, InputHashes, read_calibration};
+use crate::results::{MatchSummary, ResultFiles, ResultsKind, ResultsMismatch, read_summary};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::Sequence;
@@ -13,6 +13,8 @@ use epirig_matcher::surface::{Heights, heights};
 /// Results of `epirig match`, with what they were made with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenedResults {
+    /// Their files.
+    pub files: ResultFiles,
     /// The summary.
     pub matched: MatchSummary,
     /// The calibration that the frames were rectified with.
@@ -44,13 +46,16 @@ impl OpenedResults {
     }
 }
 
-/// Reads the results of `sequence` in `folder`.
+/// Reads the results of `sequence` in `folder`. Whatever uses results asks here whether they belong to the sequence
+/// and to its calibration, and are whole.
 ///
 /// # Errors
 /// [`PipelineError`] if they cannot be read, [`PipelineError::Mismatch`] if they do not belong to the sequence
 /// or contradict themselves.
 pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults, PipelineError> {
+    sequence.check_records()?;
     let matched = read_summary(folder)?;
+    let files = ResultFiles::open(folder, ResultsKind::Match)?;
     let (sequence_folder, results) = (sequence.folder().to_owned(), folder.to_owned());
     if matched.sequence_uid != sequence.record().uid {
         return Err(ResultsMismatch::OtherSequence { results, sequence: sequence_folder }.into());
@@ -62,13 +67,13 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
             _ => return Err(ResultsMismatch::OtherCalibration { sequence: sequence_folder }.into()),
         },
     };
-    let map = |name: &str| read_map(&folder.join(name));
+    if matched.frames_blake3 != InputHashes::of(sequence).frames {
+        return Err(ResultsMismatch::OtherFrames { sequence: sequence_folder }.into());
+    }
+    let map = |name: &str| files.needed_map(name);
     let (disparity, sigma) = rayon::join(|| map("disparity.tiff"), || map("sigma.tiff"));
     let (disparity, sigma) = (disparity?, sigma?);
     let (rows, columns) = (disparity.rows(), disparity.columns());
-    if (rows, columns) != (sigma.rows(), sigma.columns()) {
-        return Err(ResultsMismatch::Sizes { results }.into());
-    }
     let record = sequence.record();
     let (frame_rows, frame_columns) =
         calibration.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
@@ -93,5 +98,5 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
         }
     }
     let has_geometry = geometry.is_some();
-    Ok(OpenedResults { matched, calibration, disparity, sigma, heights: found, has_geometry })
+    Ok(OpenedResults { files, matched, calibration, disparity, sigma, heights: found, has_geometry })
 }

@@ -1,12 +1,10 @@
 //! Analyses a surface, and writes files, pictures and the report.
 
-use std::path::Path;
-
 use super::inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, chart, write_answers};
 use super::{OpenedResults, PipelineError, matched_frame};
 use crate::calibrate::{calibration_pictures, read_calibration_picture};
 use crate::report::html::{CalibrationPart, Maps, Report, Scan};
-use crate::results::{ResultsFolder, SurfaceSummary, read_result};
+use crate::results::{ResultsFolder, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, now};
 use epirig_matcher::surface::{HalfHeights, Heights};
@@ -19,9 +17,7 @@ const SOURCES: [&str; 2] = ["disparity.tiff", "sigma.tiff"];
 pub struct MeasuredSurface<'a> {
     /// The sequence.
     pub sequence: &'a Sequence,
-    /// The folder of its results.
-    pub results: &'a Path,
-    /// What is in it.
+    /// Its results.
     pub opened: &'a OpenedResults,
     /// The heights.
     pub heights: &'a Heights,
@@ -46,7 +42,7 @@ pub fn inspect_surface(
     let photograph = photograph.as_ref();
     folder.write("report.html", surface_report(measured, &answers, photograph)?);
     let taken = &sequence.record().created;
-    write_answers(folder, measured.heights, &answers, questions, (taken, photograph))?;
+    write_answers(folder, &answers, (taken, photograph))?;
     Ok(answers.summary)
 }
 
@@ -56,12 +52,8 @@ fn surface_report(
     answers: &SurfaceAnswers,
     matched_frame: Option<&Grid<f32>>,
 ) -> Result<String, PipelineError> {
-    let MeasuredSurface { sequence, results, opened, heights, .. } = measured;
-    let mut map_hashes = Vec::new();
-    for name in SOURCES {
-        let hash = read_result(results, name)?.map(|bytes| blake3::hash(&bytes).to_hex().to_string());
-        map_hashes.extend(hash.map(|hash| (name, hash)));
-    }
+    let MeasuredSurface { sequence, opened, heights, .. } = measured;
+    let hashed = SOURCES.into_iter().filter_map(|name| Some((name, opened.files.hash_of(name)?.to_owned())));
     // The report does without a frame or a picture that is no longer there.
     let frame = sequence.frames().get(opened.matched.reference);
     let photograph = frame.and_then(|record| sequence.read(record).ok());
@@ -85,7 +77,7 @@ fn surface_report(
             end_in_words: sequence.end_in_words(),
         },
         matched: &opened.matched,
-        map_hashes,
+        map_hashes: hashed.collect(),
         calibration,
         surface: &answers.summary,
         profile: &chart(&answers.profile, &answers.summary),

@@ -1,7 +1,7 @@
 //! The numbers of `match.json`, and the options that they say results were matched with.
 
-use crate::calibrate::{Calibration, PositionSource};
-use crate::results::{FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, Region};
+use crate::calibrate::{Calibration, InputHashes, PositionSource};
+use crate::results::{LockingSummary, MatchSettings, MatchSummary, Region, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::Sequence;
@@ -27,10 +27,11 @@ pub(super) fn summarise(
         rayon::join(|| median(&maps.disparity), || median(&maps.sigma));
     let (object, object_answered) = of_object(maps);
     MatchSummary {
-        format: FORMAT_VERSION,
+        format: ResultsKind::Match.format(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: sequence.record().uid.clone(),
         scan_ended: sequence.ended().to_owned(),
+        frames_blake3: InputHashes::of(sequence).frames,
         calibration: calibration.map(Calibration::hash),
         positions: positions_name(sequence, calibration).to_owned(),
         region: region.rectangle,

@@ -2,10 +2,10 @@
 
 use image::RgbImage;
 use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::axis::Axis;
 use super::heading::{COLOURS, Entry, Sample, draw_heading, heading_height};
 use super::{FONT, ReportError, register_font};
 
@@ -25,12 +25,12 @@ const BAND: f64 = 0.25;
 const DASH: i32 = 8;
 const GAP: i32 = 5;
 
-type Axes<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Axes<'a, B> = ChartContext<'a, B, Cartesian2d<Axis, Axis>>;
 
 /// How a series is drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Marks {
-    /// A line through the points, interrupted where y is NaN.
+    /// A line through the points, interrupted where one is unknown.
     #[default]
     Line,
     /// The same, dashed.
@@ -50,7 +50,7 @@ pub enum Marks {
 pub struct Series {
     /// Name, with the unit where it differs from the axis.
     pub name: String,
-    /// Points (x, y); y is NaN where it is unknown.
+    /// Points (x, y); y is NaN where it is unknown. Only finite ones are drawn.
     pub points: Vec<(f64, f64)>,
     /// How the points are drawn.
     pub marks: Marks,
@@ -79,10 +79,12 @@ impl Series {
         }
     }
 
-    /// Known points with half the height of their bars.
+    /// Known points with half the height of their bars, which is finite and at least 0.
     fn known(&self) -> impl Iterator<Item = (usize, (f64, f64), f64)> {
-        let all = self.points.iter().copied().enumerate().filter(|(_, point)| !point.1.is_nan());
-        all.map(|(index, point)| (index, point, self.sigma(index).max(0.0)))
+        let is_known = |(_, (x, y)): &(usize, (f64, f64))| x.is_finite() && y.is_finite();
+        let bar = |sigma: f64| if sigma.is_finite() { sigma.max(0.0) } else { 0.0 };
+        let all = self.points.iter().copied().enumerate().filter(is_known);
+        all.map(move |(index, point)| (index, point, bar(self.sigma(index))))
     }
 
     fn entry(&self, colour: RGBColor) -> Entry {
@@ -115,10 +117,10 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// The chart as a picture.
+    /// The chart as a picture; without any known point it says so.
     ///
     /// # Errors
-    /// [`ReportError`] if it cannot be drawn, for example without any known point.
+    /// [`ReportError`] if the text cannot be drawn.
     pub fn picture(&self) -> Result<RgbImage, ReportError> {
         register_font();
         let mut raw = vec![255; (WIDTH * HEIGHT * 3) as usize];
@@ -168,11 +170,11 @@ impl Chart {
         B::ErrorType: 'static,
     {
         let known = || self.series.iter().flat_map(Series::known);
-        let x_range = span(known().map(|(_, point, _)| point.0), 0.0)?;
+        let x_axis = Axis::around(known().map(|(_, point, _)| point.0), 0.0);
         let zero = if self.zero_line { known().next().map(|_| 0.0) } else { None };
         let ends = known().flat_map(|(_, (_, y), sigma)| [y - sigma, y + sigma]);
-        let y_range = span(ends.chain(zero), self.least_y_span)?;
-        let (x_format, y_format) = (tick_format(&x_range), tick_format(&y_range));
+        let y_axis = Axis::around(ends.chain(zero), self.least_y_span);
+        let (x_format, y_format) = (x_axis.tick_format(), y_axis.tick_format());
         let coloured = || self.series.iter().zip(COLOURS.into_iter().cycle());
         let legend: Vec<Entry> = match self.series.len() {
             0 | 1 => Vec::new(),
@@ -185,7 +187,7 @@ impl Chart {
             .margin_top(4)
             .x_label_area_size(44)
             .y_label_area_size(LEFT - 12)
-            .build_cartesian_2d(x_range.clone(), y_range)
+            .build_cartesian_2d(x_axis, y_axis)
             .map_err(say)?;
         axes.configure_mesh()
             .x_desc(&self.x_label)
@@ -198,12 +200,16 @@ impl Chart {
             .draw()
             .map_err(say)?;
         if self.zero_line {
-            let line = PathElement::new(vec![(x_range.start, 0.0), (x_range.end, 0.0)], ZERO);
+            let line = PathElement::new(vec![(x_axis.at(0.0), 0.0), (x_axis.at(1.0), 0.0)], ZERO);
             axes.draw_series([line]).map_err(say)?;
         }
         for (series, colour) in coloured() {
             series.draw(&mut axes, colour)?;
-            series.draw_labels(&mut axes, colour, 0.1 * x_range.start + 0.9 * x_range.end)?;
+            series.draw_labels(&mut axes, colour, x_axis.at(0.9))?;
+        }
+        if known().next().is_none() {
+            let style = TextStyle::from((FONT, 16)).pos(Pos::new(HPos::Center, VPos::Center));
+            area.draw_text("no value to show", &style, (WIDTH as i32 / 2, HEIGHT as i32 / 2)).map_err(say)?;
         }
         area.present().map_err(say)
     }
@@ -286,35 +292,10 @@ pub(super) fn number(value: f64) -> String {
     if value.is_nan() { "nan".to_owned() } else { value.to_string() }
 }
 
-/// The range from the least to the greatest value with a margin, at least `least` wide; an error if there is
-/// no value.
-fn span(values: impl Iterator<Item = f64>, least: f64) -> Result<std::ops::Range<f64>, String> {
-    let (low, high) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    if low > high {
-        return Err("no value to show".to_owned());
-    }
-    let air = if high > low { 0.04 * (high - low) } else { 0.5 };
-    let missing = 0.5 * (least - (high - low) - 2.0 * air).max(0.0);
-    Ok(low - air - missing..high + air + missing)
-}
-
-/// Formats a tick with enough decimals to distinguish it from the next.
-pub(super) fn tick_format(range: &std::ops::Range<f64>) -> impl Fn(&f64) -> String + use<> {
-    let decimals = (1.0 - (range.end - range.start).log10()).ceil().clamp(0.0, 6.0) as usize;
-    move |tick| {
-        // A tick that is zero except for rounding has no sign.
-        let text = format!("{tick:.decimals$}");
-        if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
-            text.trim_start_matches('-').to_owned()
-        } else {
-            text
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn chart(series: Vec<Series>) -> Chart {
@@ -343,7 +324,7 @@ mod tests {
             "series,\"x (px)\",\"y (px)\"\n\"s\",0,0\n\"s\",1,nan\n\"s\",2,4\n\"s\",3,9\n"
         );
         let empty = Chart { series: Vec::new(), ..chart };
-        assert!(empty.picture().is_err());
+        assert!(empty.svg().unwrap().contains("no value to show"));
     }
 
     #[test]
@@ -376,7 +357,48 @@ mod tests {
         assert!(grey(&far.picture().unwrap()) < 100);
         let with_zero = Chart { zero_line: true, ..far };
         assert!(grey(&with_zero.picture().unwrap()) > 800);
-        assert!(Chart { series: Vec::new(), ..with_zero }.picture().is_err());
+    }
+
+    /// Any number, and those that break arithmetic more often than chance would have it.
+    fn any_number() -> impl Strategy<Value = f64> {
+        let hard = [
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::MAX,
+            f64::MIN,
+            f64::MIN_POSITIVE,
+            5e-324,
+            f64::from(f32::MIN_POSITIVE),
+            0.0,
+            1.0,
+            1e16,
+            1e16 + 2.0,
+        ];
+        prop_oneof![any::<f64>(), any::<f32>().prop_map(f64::from), prop::sample::select(hard.to_vec())]
+    }
+
+    proptest! {
+        /// Plotters looks for ticks without end if an end of its axis is infinite, or too near to the other one.
+        #[test]
+        fn a_chart_of_any_numbers_is_drawn(
+            points in prop::collection::vec((any_number(), any_number()), 0..6),
+            offset in any_number(),
+            sigmas in prop::collection::vec(any_number(), 0..6),
+            (kind, least_y_span, zero_line) in (0..5, prop::sample::select(vec![0.0, 0.3]), any::<bool>()),
+        ) {
+            let marks = match kind {
+                0 => Marks::Line,
+                1 => Marks::Dashed,
+                2 => Marks::Band(sigmas),
+                3 => Marks::Dots,
+                _ => Marks::DotsWithBars(sigmas),
+            };
+            let near = points.iter().map(|(x, y)| (*x, 1.0 + y / offset)).collect();
+            let series = vec![Series { marks, ..Series::line("a", points) }, Series::line("b", near)];
+            let chart = Chart { least_y_span, zero_line, ..chart(series) };
+            prop_assert!(chart.picture().is_ok() && chart.svg().is_ok());
+        }
     }
 
     #[test]
@@ -421,11 +443,5 @@ mod tests {
             Chart { title: "<script>&\"".to_owned(), ..chart(vec![Series::line("s", vec![(0.0, 1.0)])]) };
         let svg = hostile.svg().unwrap();
         assert!(!svg.contains("<script>") && svg.contains("&lt;script&gt;&amp;"), "{svg}");
-    }
-
-    #[test]
-    fn ticks_have_no_negative_zero() {
-        let format = tick_format(&(-0.05..0.05));
-        assert_eq!((format(&-1e-18), format(&-0.02)), ("0.00".to_owned(), "-0.02".to_owned()));
     }
 }

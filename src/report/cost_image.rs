@@ -3,7 +3,7 @@
 use image::RgbImage;
 use plotters::prelude::*;
 
-use super::chart::tick_format;
+use super::axis::Axis;
 use super::map_picture::ValueRange;
 use super::{FONT, ReportError, register_font};
 use epirig_core::grid::Grid;
@@ -38,15 +38,16 @@ impl CostImage<'_> {
             error.to_string()
         }
         let columns = self.brightness.columns();
-        let (x_range, y_range) = (-0.5..columns as f64 - 0.5, self.lowest_px..self.highest_px);
-        let y_format = tick_format(&y_range);
+        let x_axis = Axis::between(-0.5, columns as f64 - 0.5);
+        let y_axis = Axis::between(self.lowest_px, self.highest_px);
+        let y_format = y_axis.tick_format();
         let area = BitMapBackend::with_buffer(raw, (WIDTH, HEIGHT)).into_drawing_area();
         let mut chart = ChartBuilder::on(&area)
             .caption(&self.title, (FONT, 20))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(72)
-            .build_cartesian_2d(x_range, y_range)
+            .build_cartesian_2d(x_axis, y_axis)
             .map_err(say)?;
         chart
             .configure_mesh()
@@ -67,8 +68,7 @@ impl CostImage<'_> {
             let column = x as usize * columns / width as usize;
             let k = (height - 1 - y) as usize * self.brightness.rows() / height as usize;
             let value = self.brightness.at(column, k);
-            let share = ((value - range.low) / (range.high - range.low)).clamp(0.0, 1.0);
-            let grey = (share * 255.0) as u8;
+            let grey = (range.share(value).clamp(0.0, 1.0) * 255.0) as u8;
             let colour = if value.is_nan() { RGBColor(70, 70, 110) } else { RGBColor(grey, grey, grey) };
             pixels.draw_pixel((x as i32, y as i32), &colour).map_err(say)?;
         }

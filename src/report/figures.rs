@@ -40,10 +40,13 @@ pub struct FigureRow<'a> {
 
 /// Number of lines in the figure of aligned profiles.
 const ALIGNED_LINES: usize = 6;
+/// Lines whose maximum is below half a grey level have no maximum to be normalised by: it is rounding.
+const LEAST_MAXIMUM_DN: f32 = 0.5;
 
 /// The paper's figures for one row: cost image with the mapping (3b), intensity profiles of a line and of its
-/// neighbours (5a), normalised profiles aligned by image position (5b) and disparity along the row (6). The
-/// profiles are missing if no pixel of the row has an answer.
+/// neighbours (5a), profiles normalised to their maxima and aligned by image position (5b) and disparity along
+/// the row (6). All but the first are missing if no pixel of the row has an answer. The lines of 5b are spread over
+/// the row; those that are black in all frames are left out, and the figure is missing if all are.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn.
@@ -56,7 +59,7 @@ pub fn paper_figures(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Vec<Fig
         return Ok(figures);
     }
     figures.push(neighbour_profiles(maps, row, &lines, &answered)?);
-    figures.push(aligned_profiles(maps, row, &lines, &answered)?);
+    figures.extend(aligned_profiles(maps, row, &lines, &answered)?);
     figures.push(disparity_along_row(maps, row)?);
     Ok(figures)
 }
@@ -134,26 +137,31 @@ fn aligned_profiles(
     FigureRow { y, epi, .. }: FigureRow<'_>,
     lines: &Lines,
     answered: &[usize],
-) -> Result<Figure, ReportError> {
+) -> Result<Option<Figure>, ReportError> {
     let chosen =
         (0..ALIGNED_LINES).map(|index| answered[(2 * index + 1) * answered.len() / (2 * ALIGNED_LINES)]);
-    let series = chosen.map(|x| {
+    let normalised = |x: usize| {
         let disparity = f64::from(maps.disparity.at(x, y));
         let profile = line_profile(epi, lines, x as f64, 0, disparity);
-        let maximum = profile.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+        let maximum = profile.iter().copied().fold(0.0, f32::max);
         let columns = lines.offsets().iter().map(|tau| x as f64 + disparity * tau);
         let points = columns.zip(profile.iter().map(|value| f64::from(value / maximum))).collect();
-        Series::line(format!("i = {:.0}", x as f64 - disparity * lines.tau_before()), points)
-    });
+        let name = format!("i = {:.0}", x as f64 - disparity * lines.tau_before());
+        (maximum >= LEAST_MAXIMUM_DN).then(|| Series::line(name, points))
+    };
+    let series: Vec<Series> = chosen.filter_map(normalised).collect();
+    if series.is_empty() {
+        return Ok(None);
+    }
     let chart = Chart {
         title: "Intensities along lines, over their maxima, aligned by position in the image".to_owned(),
         x_label: "column (px)".to_owned(),
         y_label: "intensity / maximum".to_owned(),
         least_y_span: 0.3,
-        series: series.collect(),
+        series,
         ..Chart::default()
     };
-    Ok(Figure { name: "5b-aligned-profiles", picture: chart.picture()?, csv: chart.csv() })
+    Ok(Some(Figure { name: "5b-aligned-profiles", picture: chart.picture()?, csv: chart.csv() }))
 }
 
 fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {

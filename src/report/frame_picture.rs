@@ -6,6 +6,7 @@ use image::RgbImage;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::axis::Axis;
 use super::heading::{Entry, draw_heading, heading_height};
 use super::{FONT, ReportError, register_font};
 
@@ -87,7 +88,7 @@ impl FramePicture {
             .y_label_area_size(LEFT - 8)
             .margin_left(8)
             .margin_right(full.0 - width - LEFT)
-            .build_cartesian_2d(-0.5..right, bottom..-0.5)
+            .build_cartesian_2d(Axis::between(-0.5, right), Axis::between(bottom, -0.5))
             .map_err(say)?;
         for cell in &self.cells {
             let corners =

@@ -1,5 +1,6 @@
 //! Pictures: maps with axes and a scale, classes of pixels, charts, the figures of the paper, and figures of a calibration.
 
+mod axis;
 mod calibration;
 mod chart;
 mod cost_image;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::kind::ResultsKind;
-use epirig_data::storage::ReadError;
+use epirig_data::storage::{ReadError, is_in_place};
 
 /// Error when results are written or read.
 #[derive(Debug, Error)]
@@ -100,13 +100,34 @@ pub enum ResultsError {
         /// The file.
         path: PathBuf,
     },
-    /// A summary that is invalid.
-    #[error("{}: {reason}; match the sequence again", path.display())]
+    /// A record that is invalid.
+    #[error("{}: {reason}; run `epirig {}` again", path.display(), kind.verb())]
     BadSummary {
         /// The file.
         path: PathBuf,
         /// What is wrong.
         reason: String,
+        /// What it is the record of.
+        kind: ResultsKind,
+    },
+    /// A file that is another one than when it was written.
+    #[error(
+        "{} was changed after it was written, or exchanged: {} has the hash of another file; restore it from a copy, or run `epirig {}` again",
+        path.display(), kind.summary(), kind.verb()
+    )]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// What it belongs to.
+        kind: ResultsKind,
+    },
+    /// A file that is no longer there.
+    #[error("{} is missing; restore it from a copy, or run `epirig {}` again", path.display(), kind.verb())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// What it belongs to.
+        kind: ResultsKind,
     },
     /// A picture that cannot be drawn.
     #[error("cannot draw {}: {reason}", path.display())]
@@ -122,6 +143,7 @@ pub enum ResultsError {
 fn advice(action: &str, error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
     match error.kind() {
+        _ if is_in_place(error) => "check the disk",
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "make room or choose another disk with --out; no partial output was left"
         }

@@ -13,9 +13,7 @@ pub enum ResultsKind {
 
 const MATCH: &[&str] = &[
     "match.json",
-    "disparity.pfm",
     "disparity.tiff",
-    "disparity.npy",
     "disparity.png",
     "disparity-detail.png",
     "sigma.tiff",
@@ -34,8 +32,6 @@ const MATCH: &[&str] = &[
 const COMPARE: &[&str] = &[
     "compare.json",
     "difference.png",
-    "difference_mm.npy",
-    "difference_mm.pfm",
     "difference_mm.tiff",
     "difference_sigma_mm.tiff",
     "places.csv",
@@ -53,11 +49,7 @@ const FIGURES: &[&str] = &[
 ];
 const SURFACE: &[&str] = &[
     "surface.json",
-    "surface.ply",
-    "filtered.x3p",
     "filtered_mm.tiff",
-    "height.gsf",
-    "height.x3p",
     "height.png",
     "height_mm.tiff",
     "hollows.csv",
@@ -89,22 +81,21 @@ impl ResultsKind {
         }
     }
 
+    /// Version of its record.
+    pub const fn format(self) -> u32 {
+        match self {
+            Self::Match => 4,
+            Self::Surface => 5,
+            Self::Compare => 2,
+        }
+    }
+
     pub(super) const fn files(self) -> &'static [&'static str] {
         match self {
             Self::Match => MATCH,
             Self::Surface => SURFACE,
             Self::Compare => COMPARE,
         }
-    }
-
-    /// Names of all its files, those in subfolders as `folder/file`.
-    pub(super) fn names(self) -> Vec<String> {
-        let own = self.files().iter().map(|name| (*name).to_owned());
-        let below = self
-            .folders()
-            .iter()
-            .flat_map(|(folder, files)| files.iter().map(move |name| format!("{folder}/{name}")));
-        own.chain(below).collect()
     }
 
     /// Subfolders, with their files.

@@ -29,11 +29,14 @@ pub enum ResultsMismatch {
         /// The folder of the sequence.
         sequence: PathBuf,
     },
-    /// Maps of different sizes.
-    #[error("{}: disparity and sigma differ in size; match the sequence again", results.display())]
-    Sizes {
-        /// The folder of the results.
-        results: PathBuf,
+    /// The frames are not those that were matched.
+    #[error(
+        "frames of {0} were taken after it was matched; run `epirig match {0} --overwrite` again",
+        quoted(sequence)
+    )]
+    OtherFrames {
+        /// The folder of the sequence.
+        sequence: PathBuf,
     },
     /// Maps of another size than the frames.
     #[error(

@@ -1,6 +1,7 @@
 //! The folder of results, written as a whole or not at all.
 
 mod error;
+mod files;
 mod kind;
 mod mismatch;
 mod place;
@@ -13,11 +14,10 @@ mod writer;
 use serde::{Deserialize, Serialize};
 
 pub use error::ResultsError;
+pub use files::{CompareFacts, ResultFiles, read_compare_facts};
 pub use kind::ResultsKind;
 pub use mismatch::ResultsMismatch;
-pub use read::{
-    read_grey, read_map, read_named_map, read_result, read_summary, result_files, results_beside,
-};
+pub use read::{read_map, read_named_map, read_summary, results_beside};
 pub use region::{Mask, MaskError, MaskFacts, Region, parse_mask, read_mask};
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture, mask_value};
@@ -28,8 +28,10 @@ use epirig_matcher::{
     LockingAmplitudes, LockingHarmonic, Method, Occlusion, OrderingUsed, PixelLocking, Search, Surfaces,
 };
 
-/// Version of `match.json`.
-pub const FORMAT_VERSION: u32 = 3;
+/// Hash of the bytes of a file.
+fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
 
 /// Settings of the matcher, so that a run can be repeated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -118,7 +120,7 @@ impl From<PixelLocking> for LockingSummary {
 /// Contents of `match.json`: settings and results in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MatchSummary {
-    /// [`FORMAT_VERSION`].
+    /// Version of the format: that of [`ResultsKind::Match`].
     pub format: u32,
     /// Version of the program.
     pub program: String,
@@ -127,6 +129,8 @@ pub struct MatchSummary {
     /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or
     /// `unfinished`.
     pub scan_ended: String,
+    /// Hash of the frames and their positions.
+    pub frames_blake3: String,
     /// Hash of the calibration that corrected and rectified the frames; `None` if they were matched as
     /// captured.
     #[serde(default)]

@@ -16,6 +16,8 @@ pub struct SurfaceSummary {
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
+    /// Hash of the `match.json` of the results whose heights these are.
+    pub matched_blake3: String,
     /// How the scan had ended when it was matched, as in `match.json`.
     pub scan_ended: String,
     /// Distance that is the zero of heights, in mm.

@@ -1,14 +1,16 @@
 //! Writing the folder of results.
 
+use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use image::{GrayImage, RgbImage};
 use serde::Serialize;
 
 use super::place::check_target;
 use super::writer::{Waiting, Writer};
-use super::{MatchSummary, ResultsError, ResultsKind};
+use super::{ResultsError, ResultsKind, hash};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat};
 use epirig_data::storage::{Disk, RealDisk, Scratch, put_in_place, recover};
@@ -50,6 +52,9 @@ fn encoded_image(
 /// A folder of results while it is written, beside its final place. [`ResultsFolder::commit`] moves it there
 /// as a whole. If it is dropped before, nothing is left.
 ///
+/// The record of the results is written last, with the hash of each other file, so that no file can be exchanged
+/// unnoticed.
+///
 /// Files are written by a thread of their own, while the next ones are made. So a file that cannot be written
 /// is an error of `commit`.
 pub struct ResultsFolder {
@@ -59,6 +64,27 @@ pub struct ResultsFolder {
     /// Comes before the folder that it writes to: it is dropped first.
     writer: Writer,
     scratch: Scratch,
+    /// Hash of each file, by its name.
+    files: Mutex<BTreeMap<String, String>>,
+    record: Mutex<Option<Box<dyn Record>>>,
+}
+
+/// A record of results, without its files.
+trait Record: Send {
+    /// As JSON, with the hashes of `files` in it.
+    fn with(&self, files: &BTreeMap<String, String>) -> serde_json::Result<String>;
+}
+
+impl<T: Serialize + Send> Record for T {
+    fn with(&self, files: &BTreeMap<String, String>) -> serde_json::Result<String> {
+        #[derive(Serialize)]
+        struct Bound<'a, T> {
+            #[serde(flatten)]
+            record: &'a T,
+            files: &'a BTreeMap<String, String>,
+        }
+        serde_json::to_string_pretty(&Bound { record: self, files })
+    }
 }
 
 impl ResultsFolder {
@@ -93,7 +119,15 @@ impl ResultsFolder {
         })?;
         let building = scratch.path().join(BUILDING);
         disk.make_folder(&building).map_err(io("make a folder in", &building))?;
-        Ok(Self { target: target.to_owned(), kind, overwrite, writer: Writer::to(disk), scratch })
+        Ok(Self {
+            target: target.to_owned(),
+            kind,
+            overwrite,
+            writer: Writer::to(disk),
+            scratch,
+            files: Mutex::default(),
+            record: Mutex::default(),
+        })
     }
 
     fn building(&self) -> PathBuf {
@@ -102,9 +136,15 @@ impl ResultsFolder {
 
     /// Writes `bytes` as file `name`, which may be in a subfolder.
     pub fn write(&self, name: &str, bytes: impl Into<Vec<u8>>) {
+        let bytes = bytes.into();
+        held(&self.files).insert(name.to_owned(), hash(&bytes));
+        self.put(name, bytes);
+    }
+
+    fn put(&self, name: &str, bytes: Vec<u8>) {
         // Errors name the final place, not the temporary one.
         let (path, named) = (self.building().join(name), self.target.join(name));
-        self.writer.write(Waiting { path, named, bytes: bytes.into() });
+        self.writer.write(Waiting { path, named, bytes });
     }
 
     /// Writes a map, and what its format can hold of `facts`; the extension of its name gives the format.
@@ -157,32 +197,27 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Writes `match.json`.
-    ///
-    /// # Errors
-    /// [`ResultsError`] if it cannot be encoded.
-    pub fn write_summary(&self, summary: &MatchSummary) -> Result<(), ResultsError> {
-        self.write_json("match.json", summary)
+    /// Takes the record of the results, which [`commit`](Self::commit) writes.
+    pub fn set_record(&self, record: impl Serialize + Send + 'static) {
+        *held(&self.record) = Some(Box::new(record));
     }
 
-    /// Writes a record as JSON.
-    ///
-    /// # Errors
-    /// [`ResultsError`] if it cannot be encoded.
-    pub fn write_json(&self, name: &str, record: &impl Serialize) -> Result<(), ResultsError> {
-        let path = self.target.join(name);
-        let text = serde_json::to_string_pretty(record)
-            .map_err(|error| ResultsError::BadSummary { path, reason: error.to_string() })?;
-        self.write(name, text + "\n");
-        Ok(())
-    }
-
-    /// Waits until all files are written, moves the folder to its final place, and replaces what was there.
+    /// Writes the record, if there is one, waits until all files are written, moves the folder to its final
+    /// place, and replaces what was there.
     ///
     /// # Errors
     /// [`ResultsError`] of the first file that could not be written, or of the move; the former folder stays
     /// if the new one cannot replace it.
     pub fn commit(mut self) -> Result<(), ResultsError> {
+        if let Some(record) = held(&self.record).take() {
+            let (name, kind) = (self.kind.summary(), self.kind);
+            let text = record.with(&held(&self.files)).map_err(|error| ResultsError::BadSummary {
+                path: self.target.join(name),
+                reason: error.to_string(),
+                kind,
+            })?;
+            self.put(name, (text + "\n").into_bytes());
+        }
         let building = self.building();
         let mut disk = self.writer.finish()?;
         // The place may have been filled since the work began.
@@ -198,4 +233,8 @@ const BUILDING: &str = "results";
 fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> ResultsError {
     let path = path.to_owned();
     move |source| ResultsError::Io { action, path, source }
+}
+
+fn held<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

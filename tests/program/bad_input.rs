@@ -194,11 +194,11 @@ fn folders_that_hold_something_already() {
     sequence(folder.path());
     fails(folder.path(), &["import", "photos", "--out", "seq"], 2, &["seq", "another folder"]);
     succeeds(folder.path(), &["match", "seq"]);
-    let before = fs::read(folder.path().join("seq/results/disparity.pfm")).unwrap();
+    let before = fs::read(folder.path().join("seq/results/disparity.tiff")).unwrap();
     fails(folder.path(), &["match", "seq"], 2, &["seq/results", "--overwrite"]);
-    assert_eq!(before, fs::read(folder.path().join("seq/results/disparity.pfm")).unwrap());
+    assert_eq!(before, fs::read(folder.path().join("seq/results/disparity.tiff")).unwrap());
     succeeds(folder.path(), &["match", "seq", "--overwrite"]);
-    assert_eq!(before, fs::read(folder.path().join("seq/results/disparity.pfm")).unwrap());
+    assert_eq!(before, fs::read(folder.path().join("seq/results/disparity.tiff")).unwrap());
     // Nor are results to which a person has added something, nor a file.
     fs::write(folder.path().join("seq/results/thesis.txt"), "years of work").unwrap();
     fails(folder.path(), &["match", "seq", "--overwrite"], 2, &["seq/results", "another folder"]);

@@ -93,8 +93,6 @@ fn photographs_become_a_disparity_map() {
         "confidence.tiff",
         "cost.tiff",
         "disparity-detail.png",
-        "disparity.npy",
-        "disparity.pfm",
         "disparity.png",
         "disparity.tiff",
         "figures",

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::support::{fails, succeeds, write_png};
+use epirig_core::grid::Grid;
 use epirig_data::formats::MapFormat;
 use epirig_simulator::{Scene, Simulator, SimulatorConfig};
 
@@ -57,7 +58,7 @@ fn number(value: &Value, path: &str) -> f64 {
 
 /// The median of a map in these columns and rows.
 fn median(path: &Path, columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> f64 {
-    let map = MapFormat::Npy.decode(&fs::read(path).unwrap()).unwrap();
+    let map = MapFormat::Tiff.decode(&fs::read(path).unwrap()).unwrap();
     let mut values: Vec<f32> =
         map.cropped(columns, rows).values().iter().copied().filter(|value| value.is_finite()).collect();
     values.sort_by(f32::total_cmp);
@@ -76,7 +77,7 @@ fn a_hollow_that_grew_is_found_in_an_object_that_moved() {
     let shift = [0, 1].map(|axis| number(&found, &format!("/motion/shift_px/{axis}")));
     assert!((shift[0] - 3.4).abs() < 0.02 && (shift[1] + 2.3).abs() < 0.02, "{found}");
     // The hollow lies around column 99.5 - 75 mm * 555.6 px / 900 mm = 53, and the tile in rows 53 to 146.
-    let difference = folder.join("change/difference_mm.npy");
+    let difference = folder.join("change/difference_mm.tiff");
     let hollow = median(&difference, 49..58, 70..130);
     let level = [median(&difference, 15..35, 70..130), median(&difference, 72..92, 70..130)];
     // Windows of up to 11 px leave six independent heights along the hollow at least.
@@ -106,14 +107,25 @@ fn a_hollow_that_grew_is_found_in_an_object_that_moved() {
     let expected = [
         "compare.json",
         "difference.png",
-        "difference_mm.npy",
-        "difference_mm.pfm",
         "difference_mm.tiff",
         "difference_sigma_mm.tiff",
         "places.csv",
         "significance.png",
     ];
     assert_eq!(names, expected);
+    let export = |map: &str, out: &str| succeeds(folder, &["export", "change", "--map", map, "--out", out]);
+    for (map, name) in [("difference", "difference_mm"), ("difference-sigma", "difference_sigma_mm")] {
+        export(map, &format!("for-others/{name}.npy"));
+        let exported = fs::read(folder.join(format!("for-others/{name}.npy"))).unwrap();
+        let written = fs::read(folder.join(format!("change/{name}.tiff"))).unwrap();
+        let exported = MapFormat::Npy.decode(&exported).unwrap();
+        let written = MapFormat::Tiff.decode(&written).unwrap();
+        let bits = |map: &Grid<f32>| map.values().iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&exported), bits(&written));
+    }
+    export("difference", "for-others/difference.gsf");
+    let other = ["export", "after", "--map", "difference", "--out", "other.npy"];
+    fails(folder, &other, 2, &["compare.json", "epirig compare"]);
     let csv = fs::read_to_string(folder.join("change/places.csv")).unwrap();
     assert!(csv.starts_with("centre_x_px,") && csv.lines().count() > 1, "{csv}");
 

@@ -9,8 +9,8 @@ const SCRIPT: &str = r#"
 import sys, numpy, cv2, gsffile, plyfile, xml.etree.ElementTree, zipfile
 from PIL import Image
 results = sys.argv[1]
-npy = numpy.load(results + "/disparity.npy")
-pfm = cv2.imread(results + "/disparity.pfm", cv2.IMREAD_UNCHANGED)
+npy = numpy.load("new/disparity.npy")
+pfm = cv2.imread("new/disparity.pfm", cv2.IMREAD_UNCHANGED)
 tiff = cv2.imread(results + "/disparity.tiff", cv2.IMREAD_UNCHANGED)
 pillow = numpy.asarray(Image.open(results + "/disparity.tiff"))
 assert npy.dtype == numpy.float32 and npy.shape == (24, 64), (npy.dtype, npy.shape)
@@ -26,7 +26,7 @@ assert ((mask == 255) == known).all()
 assert abs(numpy.median(npy[known]) - 8.0) < 0.01
 surface = results + "/surface"
 rest = cv2.imread(surface + "/height_mm.tiff", cv2.IMREAD_UNCHANGED)
-field, metadata = gsffile.read_gsf(surface + "/height.gsf")
+field, metadata = gsffile.read_gsf("new/height.gsf")
 assert field.shape == (24, 64) and metadata["XYUnits"] == metadata["ZUnits"] == "m", metadata
 assert numpy.allclose(1000 * field, rest, rtol=1e-6, atol=0, equal_nan=True)
 used = cv2.imread(surface + "/used.png", cv2.IMREAD_UNCHANGED)
@@ -38,7 +38,7 @@ assert abs(metadata["XReal"] / 64 - 1.875e-3) < 5e-6 and abs(metadata["YReal"] /
 for path in [results + "/height_mm.tiff", results + "/disparity.tiff", surface + "/height_mm.tiff"]:
     tags = Image.open(path).tag_v2
     assert tags[296] == 3 and all(abs(float(tags[tag]) - 10 / 1.875) < 0.02 for tag in (282, 283)), dict(tags)
-with zipfile.ZipFile(surface + "/height.x3p") as archive:
+with zipfile.ZipFile("new/height.x3p") as archive:
     root = xml.etree.ElementTree.fromstring(archive.read("main.xml"))
     heights = numpy.frombuffer(archive.read("bindata/data.bin"), "<f4").reshape(24, 64)
 assert numpy.allclose(1000 * heights, rest, rtol=1e-6, atol=0, equal_nan=True)
@@ -53,12 +53,12 @@ def vertices(path):
 height = cv2.imread(results + "/height_mm.tiff", cv2.IMREAD_UNCHANGED)
 exported = vertices("new/folder/as-measured.ply")
 assert (exported["vertex"]["z"] == height[known]).all()
-ply = vertices(surface + "/surface.ply")
+ply = vertices("new/surface.ply")
 assert (ply["vertex"]["z"] == rest[region]).all()
 # Viridis has the more green the higher a value is.
 green = ply["vertex"]["green"][numpy.argsort(ply["vertex"]["z"])].astype(int)
 assert (numpy.diff(green) >= 0).all() and green[-1] > green[0]
-kept = vertices("kept/surface.ply")
+kept = vertices("new/used.ply")
 assert (kept["vertex"]["z"] == height[region]).all() and (kept["vertex"]["x"] == ply["vertex"]["x"]).all()
 faces = numpy.stack(ply["face"]["vertex_indices"])
 assert faces.shape[1] == 3 and faces.max() < region.sum()
@@ -75,6 +75,12 @@ picture = cv2.imread("new/picture.png", cv2.IMREAD_UNCHANGED)
 assert picture.ndim == 3 and picture.shape[1] > 400
 field, metadata = gsffile.read_gsf("new/disparity.gsf")
 assert metadata["ZUnits"] == "px" and numpy.allclose(field, npy, equal_nan=True) and abs(metadata["XReal"] / 64 - 1.875e-3) < 5e-6
+for name in ["sigma", "cost", "confidence"]:
+    exported, kept = numpy.load("new/" + name + ".npy"), numpy.asarray(Image.open(results + "/" + name + ".tiff"))
+    assert numpy.array_equal(exported, kept, equal_nan=True) and numpy.isfinite(exported).any(), name
+assert (numpy.load("new/mask.npy") == mask).all() and cv2.imread("new/mask.png").shape[1] > 400
+sigma = numpy.asarray(Image.open(results + "/height_sigma_mm.tiff"))
+assert numpy.array_equal(numpy.load("new/height-sigma.npy"), sigma, equal_nan=True)
 frame = cv2.imread(sys.argv[2], cv2.IMREAD_UNCHANGED)
 assert frame.shape == (24, 64) and frame.dtype == numpy.uint8
 "#;
@@ -99,11 +105,22 @@ fn other_programs_read_the_same_numbers() {
     // What leaves the image after the first frame has no answer.
     succeeds(folder.path(), &["match", "seq", "--reference", "first"]);
     succeeds(folder.path(), &["surface", "seq"]);
-    succeeds(folder.path(), &["surface", "seq", "--points-with-form", "--out", "kept"]);
     for (map, out) in [
         ("height", "new/folder/as-measured.ply"),
+        ("height-used", "new/used.ply"),
         ("height-without-form", "new/picture.png"),
+        ("height-without-form", "new/surface.ply"),
+        ("height-without-form", "new/height.gsf"),
+        ("height-without-form", "new/height.x3p"),
+        ("height-sigma", "new/height-sigma.npy"),
         ("disparity", "new/disparity.gsf"),
+        ("disparity", "new/disparity.npy"),
+        ("disparity", "new/disparity.pfm"),
+        ("sigma", "new/sigma.npy"),
+        ("cost", "new/cost.npy"),
+        ("confidence", "new/confidence.npy"),
+        ("mask", "new/mask.npy"),
+        ("mask", "new/mask.png"),
     ] {
         succeeds(folder.path(), &["export", "seq", "--map", map, "--out", out]);
     }

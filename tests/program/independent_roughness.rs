@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::{images, succeeds};
+use crate::support::{fails, images, succeeds};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat};
 use epirig_matcher::surface::{Filters, Roughness};
@@ -155,10 +155,16 @@ fn surfalize_reads_what_the_program_writes_and_finds_the_same_roughness() {
             "cases": [{"s_filter_mm": filters.s_filter_mm, "l_filter_mm": filters.l_filter_mm, "roughness": found["roughness"]}],
         });
         fs::write(path.join("told.json"), serde_json::to_vec(&told).unwrap()).unwrap();
-        let _ = fs::remove_file(path.join("map.npy"));
-        succeeds(path, &["export", "seq", "--map", "height-without-form", "--out", "map.npy"]);
-        compare(path, ["seq/results/surface/height.x3p", "told.json", "map.npy"]);
-        let filtered = path.join("seq/results/surface/filtered.x3p");
-        assert_eq!(filtered.exists(), filters.any());
+        for name in ["map.npy", "map.x3p"] {
+            let _ = fs::remove_file(path.join(name));
+            succeeds(path, &["export", "seq", "--map", "height-without-form", "--out", name]);
+        }
+        compare(path, ["map.x3p", "told.json", "map.npy"]);
+        let _ = fs::remove_file(path.join("filtered.x3p"));
+        let filtered = ["export", "seq", "--map", "height-filtered", "--out", "filtered.x3p"];
+        match filters.any() {
+            true => drop(succeeds(path, &filtered)),
+            false => fails(path, &filtered, 2, &["--s-filter-mm"]),
+        }
     }
 }

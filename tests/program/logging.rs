@@ -144,7 +144,7 @@ fn matching_and_calibrating_tell_their_stations() {
     let logged = ["match", "seq", "--out", "logged", "--json", "--log-file", "log", "-vvv"];
     let settings = |text: &str| serde_json::from_str::<Value>(text).unwrap()["settings"].clone();
     assert_eq!(settings(&succeeds(folder.path(), &logged)), settings(&plain));
-    let map = |name: &str| fs::read(folder.path().join(name).join("disparity.npy")).unwrap();
+    let map = |name: &str| fs::read(folder.path().join(name).join("disparity.tiff")).unwrap();
     assert_eq!(map("plain"), map("logged"));
     let log = lines(&folder.path().join("log"));
     let found = |station: &str| {

@@ -7,6 +7,7 @@ mod calibrate_command;
 mod camera_commands;
 mod command_line;
 mod compare;
+mod dark_frames;
 #[cfg(unix)]
 mod hostile_files;
 mod import_motion;

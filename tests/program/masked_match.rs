@@ -25,7 +25,7 @@ fn mask(path: &Path, inside: impl Fn(u32, u32) -> bool) {
 }
 
 fn map(path: &Path) -> Grid<f32> {
-    MapFormat::Pfm.decode(&fs::read(path).unwrap()).unwrap()
+    epirig::results::read_map(path).unwrap()
 }
 
 fn json(text: &str) -> serde_json::Value {
@@ -59,9 +59,9 @@ fn only_what_is_inside_the_mask_is_matched() {
 
         let (all, part) = (folder.join("all"), folder.join("part"));
         let (d, sigma, found) = (
-            map(&all.join("disparity.pfm")),
+            map(&all.join("disparity.tiff")),
             read_sigma(folder, "all", !quick.is_empty()),
-            map(&part.join("disparity.pfm")),
+            map(&part.join("disparity.tiff")),
         );
         let codes = image::open(part.join("mask.png")).unwrap().into_luma8();
         let (mut compared, mut apart) = (0, Vec::new());

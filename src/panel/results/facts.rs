@@ -5,9 +5,8 @@ use serde_json::Value;
 
 use super::view::{RESULTS, ResultsView};
 use crate::panel::results::maps::MapFacts;
-use crate::results::{MatchSummary, results_beside};
+use crate::results::{MatchSummary, ResultsKind, results_beside};
 use epirig_data::sequence::Origin;
-use epirig_data::storage::{parse_record, read_text};
 
 #[derive(Serialize)]
 pub(super) struct About {
@@ -138,9 +137,8 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
 
 /// The answers of `epirig surface`, if they are there.
 fn surface(view: &ResultsView) -> Option<Value> {
-    const LARGEST: u64 = 4 << 20;
-    let text = read_text(&view.folder.join("surface/surface.json"), LARGEST).ok()?;
-    parse_record(&text).ok()
+    let record = view.surface.as_ref()?.bytes(ResultsKind::Surface.summary()).ok()??;
+    serde_json::from_slice(&record).ok()
 }
 
 fn origin(origin: &Origin) -> String {

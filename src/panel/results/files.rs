@@ -5,8 +5,11 @@ use serde::Serialize;
 use super::view::ResultsView;
 use crate::calibrate::{calibration_pictures, read_calibration_picture};
 use crate::panel::PanelError;
-use crate::results::{read_result, result_files};
+use crate::results::ResultFiles;
 use epirig_server::{Refusal, Reply};
+
+/// Before the names of the files of the surface.
+const SURFACE: &str = "surface/";
 
 #[derive(Serialize)]
 pub(super) struct FileFacts {
@@ -17,17 +20,23 @@ pub(super) struct FileFacts {
 
 /// The files of the results.
 pub(super) fn downloads(view: &ResultsView) -> Vec<FileFacts> {
-    let files = result_files(&view.folder).unwrap_or_default();
+    let Some(results) = &view.results else { return Vec::new() };
+    let surface = view.surface.iter().flat_map(ResultFiles::sizes);
+    let surface = surface.map(|(name, bytes)| (format!("{SURFACE}{name}"), bytes));
+    let files = results.files.sizes().into_iter().chain(surface);
     let titled = |name: &str| match name.rsplit_once('.') {
         Some((_, ending)) => format!("{}, {}", title(name), ending.to_uppercase()),
         None => title(name),
     };
-    files.into_iter().map(|(name, bytes)| FileFacts { title: titled(&name), name, bytes }).collect()
+    files.map(|(name, bytes)| FileFacts { title: titled(&name), name, bytes }).collect()
 }
 
 /// One of them.
 pub(super) fn download(view: &ResultsView, name: &str) -> Result<Reply, Refusal> {
-    let bytes = read_result(&view.folder, name).map_err(PanelError::from)?;
+    let own = view.results.as_ref().map(|results| (&results.files, name));
+    let of_surface = name.strip_prefix(SURFACE).and_then(|name| Some((view.surface.as_ref()?, name)));
+    let found = of_surface.or(own).map(|(files, name)| files.bytes(name)).transpose();
+    let bytes = found.map_err(PanelError::from)?.flatten();
     let bytes =
         bytes.ok_or_else(|| PanelError::NotThere(format!("there is no file {name} in the results")))?;
     let media_type = match name.rsplit_once('.').map(|(_, ending)| ending) {

@@ -1,6 +1,5 @@
 //! The maps that are shown, in the order of the menu.
 
-use std::path::Path;
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
@@ -10,9 +9,8 @@ use super::pyramid::{Place, Pyramid, Reduction, levels};
 use super::statistics::Statistics;
 use crate::panel::PanelError;
 use crate::pipeline::OpenedResults;
-use crate::results::{mask_value, read_grey, read_map};
+use crate::results::{ResultFiles, mask_value};
 use epirig_core::grid::Grid;
-use epirig_data::storage::is_there;
 use epirig_matcher::Answer;
 
 /// Answers in the order of their codes in the map `mask`.
@@ -58,23 +56,18 @@ pub(super) struct MapFacts<'a> {
 }
 
 impl Maps {
-    /// The maps of `opened`, whose folder is `folder`.
-    pub(super) fn of(opened: &OpenedResults, folder: &Path) -> Result<Self, PanelError> {
-        let OpenedResults { disparity, sigma, heights, .. } = opened;
+    /// The maps of `opened`, and those of their surface.
+    pub(super) fn of(opened: &OpenedResults, surface: Option<&ResultFiles>) -> Result<Self, PanelError> {
+        let OpenedResults { files, disparity, sigma, heights, .. } = opened;
         let size = (disparity.rows(), disparity.columns());
         let mut maps = Self::default();
-        let surface = folder.join("surface");
-        let map = |name: &str| {
-            let path = folder.join(name);
-            is_there(&path).unwrap_or(false).then(|| read_map(&path)).transpose()
-        };
         // Unpacking takes longest; maps of 20 million pixels are unpacked side by side.
         let (form_removed, (confidence, cost)) = rayon::join(
-            || map("surface/height_mm.tiff"),
-            || rayon::join(|| map("confidence.tiff"), || map("cost.tiff")),
+            || surface.map(|surface| surface.map("height_mm.tiff")).transpose(),
+            || rayon::join(|| files.map("confidence.tiff"), || files.map("cost.tiff")),
         );
         if let Some(heights) = heights {
-            match form_removed? {
+            match form_removed?.flatten() {
                 Some(form_removed) => {
                     maps.add("height", "Height after removal of the form", "mm", form_removed, size);
                     maps.add("height-measured", "Height as measured", "mm", heights.height_mm.clone(), size);
@@ -89,14 +82,11 @@ impl Maps {
         for (id, title, found) in others {
             found.into_iter().for_each(|found| maps.add(id, title, "", found, size));
         }
-        let mask = folder.join("mask.png");
-        if is_there(&mask).unwrap_or(false) {
-            let codes = read_grey(&mask)?.map(code);
-            maps.add("mask", "Whether there is an answer", "", codes, size);
+        if let Some(mask) = files.grey("mask.png")? {
+            maps.add("mask", "Whether there is an answer", "", mask.map(code), size);
         }
-        let used = surface.join("used.png");
-        if is_there(&used).unwrap_or(false) {
-            let codes = read_grey(&used)?.map(|value| f32::from(value / 80));
+        if let Some(used) = surface.map(|surface| surface.grey("used.png")).transpose()?.flatten() {
+            let codes = used.map(|value| f32::from(value / 80));
             maps.add("used", "Heights that the step height is made of", "", codes, size);
         }
         Ok(maps)

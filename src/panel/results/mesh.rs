@@ -31,7 +31,7 @@ pub(super) fn mesh(view: &ResultsView, query: &Query) -> Result<Reply, Refusal> 
     let shown = means(map, step);
     let reference = view.frames.as_matched(view.results()?.matched.reference)?;
     let photograph = means(reference.map(), step);
-    let brightest = photograph.values().iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+    let brightest = photograph.values().iter().copied().fold(0.0, f32::max);
     let known = || shown.values().iter().copied().filter(|value| value.is_finite());
     let facts = MeshFacts {
         rows: shown.rows(),
@@ -43,7 +43,9 @@ pub(super) fn mesh(view: &ResultsView, query: &Query) -> Result<Reply, Refusal> 
         distance_mm: heights.distance_mm,
     };
     let mut values = shown.values().to_vec();
-    values.extend(photograph.values().iter().map(|value| value / brightest));
+    // A frame without light has no brightest place, and stays black.
+    let light = if brightest > 0.0 { brightest } else { f32::INFINITY };
+    values.extend(photograph.values().iter().map(|value| (value / light).clamp(0.0, 1.0)));
     Reply::framed(&facts, &values)
 }
 

@@ -11,6 +11,7 @@ use super::maps::Maps;
 use crate::memory::available;
 use crate::panel::PanelError;
 use crate::pipeline::{OpenedResults, half_frames, half_heights, halves_need, open_results};
+use crate::results::ResultFiles;
 use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
@@ -27,6 +28,8 @@ pub struct ResultsView {
     pub(super) folder: PathBuf,
     /// `None` if the sequence has not been matched.
     pub(super) results: Option<OpenedResults>,
+    /// Their surface; `None` if it has not been measured.
+    pub(super) surface: Option<ResultFiles>,
     pub(super) maps: Maps,
     pub(super) frames: Frames,
     pub(super) epis: Arc<Epis>,
@@ -48,11 +51,13 @@ impl ResultsView {
         let wanted = results.map(Path::to_owned).or(there.then_some(usual.clone()));
         let opened = wanted.as_deref().map(|folder| open_results(&sequence, folder)).transpose()?;
         let folder = wanted.unwrap_or(usual);
-        let maps = opened.as_ref().map_or_else(|| Ok(Maps::default()), |opened| Maps::of(opened, &folder))?;
+        let surface = opened.as_ref().map(|opened| opened.files.surface()).transpose()?.flatten();
+        let maps = opened.as_ref().map(|opened| Maps::of(opened, surface.as_ref())).transpose()?;
+        let maps = maps.unwrap_or_default();
         let calibration = opened.as_ref().and_then(|opened| opened.calibration.clone());
         let epis = Arc::new(Epis::new(sequence.clone(), calibration.clone()));
         let frames = Frames::new(sequence.clone(), calibration);
-        Ok(Self { sequence, folder, results: opened, maps, frames, epis, halves: OnceLock::new() })
+        Ok(Self { sequence, folder, results: opened, surface, maps, frames, epis, halves: OnceLock::new() })
     }
 
     /// Name of the sequence.

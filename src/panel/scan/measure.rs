@@ -42,7 +42,10 @@ pub(in crate::panel) fn measure(shared: &Arc<Shared>, folder: &Path) -> Result<(
         None => None,
         Some(rig) => {
             let plan = calibration_plan(rig, record.columns, record.rows);
-            let found = calibrate_sequence(&sequence, &plan, true, &notes)?;
+            let (found, unfinished) = calibrate_sequence(&sequence, &plan, true, &notes)?;
+            if let Some(error) = unfinished {
+                shared.warn(format!("the calibration is in place, but {error}"));
+            }
             Some((found.calibration, found.maps))
         }
     };
@@ -70,7 +73,7 @@ fn analyse(sequence: &Sequence, results: &Path, notes: &Notes<'_>) -> Result<(),
         notes.0.warn(format!("depths are measured without halves of the frames: {error}"));
         None
     });
-    let measured = MeasuredSurface { sequence, results, opened: &opened, heights, halves: halves.as_ref() };
+    let measured = MeasuredSurface { sequence, opened: &opened, heights, halves: halves.as_ref() };
     inspect_surface(measured, &questions, &place)?;
     Ok(place.commit()?)
 }

@@ -104,7 +104,7 @@ impl Records {
                 "closure": {"home_shift_mm": -0.5}
             })),
             matched: from(json!({
-                "format": 3, "program": "epirig 0", "sequence_uid": "uid-1", "scan_ended": "not-closed", "positions": "stage",
+                "format": 3, "program": "epirig 0", "sequence_uid": "uid-1", "frames_blake3": "ef56", "scan_ended": "not-closed", "positions": "stage",
                 "settings": settings, "reference": 1, "tau_before": 0.5, "tau_after": 0.5, "minimum_px": -1.0,
                 "maximum_px": 1.0, "range_found": true, "ordering_constraint": "on", "order_violations": 0,
                 "answered": 0.999, "leaves_image": 0.0, "beyond_range": 0.0, "no_texture": 0.001, "ambiguous": 0.0,
@@ -114,6 +114,7 @@ impl Records {
                 format: 3,
                 program: "epirig 0".to_owned(),
                 sequence_uid: "uid-1".to_owned(),
+                matched_blake3: "cd34".to_owned(),
                 scan_ended: "not-closed".to_owned(),
                 distance_mm: 900.0,
                 pixel_mm: 0.3,

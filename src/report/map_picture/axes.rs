@@ -4,6 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::super::FONT;
+use super::super::axis::round_ticks;
 
 /// Height of the letters of labels, in px.
 pub(super) const LABEL_PX: u32 = 14;
@@ -24,31 +25,11 @@ impl Scale {
     /// Round values at least `apart_px` from each other, each with its place from the start in px and its label.
     pub(super) fn ticks(&self, apart_px: u32) -> Vec<(f64, String)> {
         let span = self.last - self.first;
-        if !(span.is_finite() && span > 0.0) {
-            return Vec::new();
-        }
-        let (step, decimals) = round_step(span * f64::from(apart_px) / f64::from(self.length_px.max(1)));
-        let mut index = (self.first / step - 1e-9).ceil();
-        let mut ticks = Vec::new();
-        while index * step <= self.last + 1e-9 * span {
-            // Zero has no sign.
-            let value = if index == 0.0 { 0.0 } else { index * step };
-            let place = (value - self.first) / span * f64::from(self.length_px.saturating_sub(1));
-            ticks.push((place, format!("{value:.decimals$}")));
-            index += 1.0;
-        }
-        ticks
+        let apart = span * f64::from(apart_px) / f64::from(self.length_px.max(1));
+        let (values, decimals) = round_ticks(self.first, self.last, apart);
+        let place = |value: f64| (value - self.first) / span * f64::from(self.length_px.saturating_sub(1));
+        values.into_iter().map(|value| (place(value), format!("{value:.decimals$}"))).collect()
     }
-}
-
-/// The round number at or above `least`: 1, 2 or 5 times a power of ten, with its decimals.
-pub(super) fn round_step(least: f64) -> (f64, usize) {
-    let least = least.max(f64::MIN_POSITIVE);
-    let decade = 10.0_f64.powf(least.log10().floor());
-    let step =
-        [1.0, 2.0, 5.0, 10.0].into_iter().map(|factor| factor * decade).find(|&step| step >= least * 0.999);
-    let step = step.unwrap_or(10.0 * decade);
-    (step, (-(step * 1.001).log10().floor()).clamp(0.0, 9.0) as usize)
 }
 
 /// Width of the widest label of an upright axis, with its tick, in px.
@@ -152,10 +133,6 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_apart() {
-        assert_eq!(round_step(1.0), (1.0, 0));
-        assert_eq!(round_step(0.015).1, 2);
-        assert!((round_step(0.015).0 - 0.02).abs() < 1e-12);
-        assert_eq!(round_step(30.0), (50.0, 0));
         let ticks = |first, last, length_px| Scale { first, last, length_px }.ticks(30);
         let labels: Vec<String> = ticks(-0.1, 0.1, 101).into_iter().map(|(_, label)| label).collect();
         assert_eq!(labels, ["-0.1", "0.0", "0.1"]);

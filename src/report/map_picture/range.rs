@@ -22,7 +22,7 @@ impl ValueRange {
         let last = (known.len() - 1) as f64;
         let (low, high) = of_ranks(&mut known, [(last * 0.01) as usize, (last * 0.99) as usize]);
         let missing = (least_span - (high - low)).max(0.0);
-        Self { low: low - 0.5 * missing, high: high + 0.5 * missing }
+        Self::between(low - 0.5 * missing, high + 0.5 * missing)
     }
 
     /// Three times the interquartile range of the known values around it, at least `least_span` wide, so that
@@ -35,7 +35,12 @@ impl ValueRange {
         let count = known.len();
         let (lower, upper) = of_ranks(&mut known, [count / 4, count * 3 / 4]);
         let reach = (upper - lower).max(least_span / 3.0);
-        Self { low: lower - reach, high: upper + reach }
+        Self::between(lower - reach, upper + reach)
+    }
+
+    /// Both ends finite.
+    fn between(low: f32, high: f32) -> Self {
+        Self { low: low.max(f32::MIN), high: high.min(f32::MAX) }
     }
 
     /// The smallest range around zero that holds it.
@@ -45,9 +50,15 @@ impl ValueRange {
         Self { low: -reach, high: reach }
     }
 
-    /// Place of `value` in the range: 0 at its low end, 1 at its high end.
-    pub(super) fn share(&self, value: f32) -> f64 {
-        f64::from((value - self.low) / (self.high - self.low).max(f32::MIN_POSITIVE))
+    /// Width of the range; `None` if its ends are no two values.
+    pub(super) fn width(&self) -> Option<f64> {
+        let width = f64::from(self.high) - f64::from(self.low);
+        (width.is_finite() && width > 0.0).then_some(width)
+    }
+
+    /// Place of `value` in the range: 0 at its low end, 1 at its high end; the middle if it has only one value.
+    pub(in crate::report) fn share(&self, value: f32) -> f64 {
+        self.width().map_or(0.5, |width| (f64::from(value) - f64::from(self.low)) / width)
     }
 }
 
@@ -78,6 +89,9 @@ mod tests {
         let one = Grid::from_values(1, 2, vec![3.0, f32::NAN]).unwrap();
         assert_eq!(ValueRange::of(&one, 1.0), ValueRange { low: 2.5, high: 3.5 });
         assert_eq!(ValueRange::of(&Grid::filled(1, 2, f32::NAN), 1.0), NOTHING_KNOWN);
+        let far = Grid::from_values(1, 4, vec![f32::MIN, f32::MAX, f32::INFINITY, 0.0]).unwrap();
+        assert_eq!(ValueRange::of_most(&far, 0.05), ValueRange { low: f32::MIN, high: f32::MAX });
+        assert_eq!(ValueRange::of(&far, 0.05).share(0.0), 0.5);
         let cut = ValueRange { low: -2.0, high: 0.5 };
         assert_eq!(cut.around_zero(), ValueRange { low: -2.0, high: 2.0 });
     }

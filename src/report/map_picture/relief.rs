@@ -6,7 +6,7 @@ use super::ValueRange;
 
 /// A slope that crosses all colours within this many pixels is drawn as one of 45 deg. So noise, which takes few
 /// colours, stays faint, and a step shows.
-const STEEP_PX: f32 = 6.0;
+const STEEP_PX: f64 = 6.0;
 /// Gradients are fitted over this many pixels to both sides, so that noise averages out.
 const REACH: usize = 2;
 /// Darkest shade and brightest light, as a factor of the colour of a level place.
@@ -16,14 +16,16 @@ const BRIGHTEST: f32 = 1.4;
 /// Brightness of each pixel over that of a level place, for light from the upper left, 45 deg above the picture
 /// (Lambert's law); an unknown slope counts as none.
 pub(super) fn relief(map: &Grid<f32>, range: ValueRange) -> Grid<f32> {
-    let per_slope = STEEP_PX / (range.high - range.low).max(f32::MIN_POSITIVE);
     let mut light = Grid::filled(map.rows(), map.columns(), 1.0);
+    // Heights that differ by less than their numbers resolve are level.
+    let Some(width) = range.width() else { return light };
+    let per_slope = STEEP_PX / width;
     for y in 0..map.rows() {
         for (x, light) in light.row_mut(y).iter_mut().enumerate() {
             let along_x = gradient(x, map.columns(), |x| map.at(x, y));
             let along_y = gradient(y, map.rows(), |y| map.at(x, y));
             // At a border, the slope along it is all that is known.
-            let slope = |along: Option<f32>| along.unwrap_or(0.0) * per_slope;
+            let slope = |along: Option<f64>| along.unwrap_or(0.0) * per_slope;
             if map.at(x, y).is_finite() {
                 *light = brightness(slope(along_x), slope(along_y));
             }
@@ -34,21 +36,21 @@ pub(super) fn relief(map: &Grid<f32>, range: ValueRange) -> Grid<f32> {
 
 /// Of a place whose values rise by these slopes to the right and down: the cosine between the light and its
 /// normal, over that of a level place.
-fn brightness(right: f32, down: f32) -> f32 {
+fn brightness(right: f64, down: f64) -> f32 {
     // The normal is (-right, -down, 1) and the light comes from (-1, -1, sqrt 2) / 2.
-    let root = std::f32::consts::SQRT_2;
+    let root = std::f64::consts::SQRT_2;
     let cosine = (right + down + root) / (2.0 * (1.0 + right * right + down * down).sqrt());
-    (cosine / (0.5 * root)).clamp(DARKEST, BRIGHTEST)
+    ((cosine / (0.5 * root)) as f32).clamp(DARKEST, BRIGHTEST)
 }
 
 /// Slope of a straight line through the known pairs around `place`; `None` without any.
-fn gradient(place: usize, size: usize, value: impl Fn(usize) -> f32) -> Option<f32> {
+fn gradient(place: usize, size: usize, value: impl Fn(usize) -> f32) -> Option<f64> {
     let (mut sum, mut weight) = (0.0, 0.0);
     for step in 1..=REACH.min(place).min(size - 1 - place) {
-        let difference = value(place + step) - value(place - step);
+        let difference = f64::from(value(place + step)) - f64::from(value(place - step));
         if difference.is_finite() {
-            sum += step as f32 * difference;
-            weight += (2 * step * step) as f32;
+            sum += step as f64 * difference;
+            weight += (2 * step * step) as f64;
         }
     }
     (weight > 0.0).then(|| sum / weight)
@@ -92,5 +94,8 @@ mod tests {
         map.row_mut(2)[2] = 3.0;
         assert!(relief(&map, range).values().iter().all(|&light| light == 1.0));
         assert_eq!(relief(&Grid::filled(1, 1, 0.0), range).values(), [1.0]);
+        // Heights far from zero, whose colours cannot be told apart.
+        let even = Grid::filled(9, 9, 1e9);
+        assert!(relief(&even, ValueRange::of(&even, 0.01)).values().iter().all(|&light| light == 1.0));
     }
 }

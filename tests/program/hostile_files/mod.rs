@@ -5,6 +5,7 @@ mod calibrations;
 mod files;
 mod places;
 mod records;
+mod results;
 mod words;
 
 use std::fs;

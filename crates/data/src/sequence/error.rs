@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::pixels::image_formats;
-use crate::storage::{ReadError, RecordError};
+use crate::storage::{ReadError, RecordError, is_in_place};
 use epirig_core::frame::FrameError;
 use epirig_core::shell::quoted;
 use epirig_core::tau::TauError;
@@ -345,6 +345,7 @@ impl SequenceError {
 fn advice(error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
     match error.kind() {
+        _ if is_in_place(error) => "check the disk",
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "make room or choose another disk, then run the command again"
         }

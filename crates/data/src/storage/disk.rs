@@ -5,8 +5,10 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::Step;
+use thiserror::Error;
+
 use super::scratch::parent;
+use super::{Scratch, Step};
 
 /// A disk, as the steps of which all writing consists.
 ///
@@ -179,11 +181,27 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
+/// Why a new name may not survive a loss of power, although what it names is whole.
+#[derive(Debug, Error)]
+#[error("it is whole, but its folder could not be flushed to disk, so a loss of power may undo it ({0})")]
+struct NotFlushed(#[source] io::Error);
+
+/// Whether an error says that what was written has its name and is whole, and only the folder was not flushed.
+pub fn is_in_place(error: &io::Error) -> bool {
+    error.get_ref().is_some_and(|inner| inner.is::<NotFlushed>())
+}
+
+/// Flushes the folder of `path`, which has just got its name.
+pub(super) fn sync_name(disk: &mut dyn Disk, path: &Path) -> io::Result<()> {
+    disk.sync(parent(path)).map_err(|error| io::Error::new(error.kind(), NotFlushed(error)))
+}
+
 /// Writes a file so that its final name exists only when it is complete: temporary file, fsync, rename, fsync
 /// of the folder. No interruption comes between.
 ///
 /// # Errors
-/// What the operating system says. What had the name before keeps it.
+/// What the operating system says. What had the name before keeps it, unless the new file [is in
+/// place](is_in_place).
 pub fn write_whole(disk: &mut dyn Disk, path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _step = Step::begin();
     let temporary = temporary(path);
@@ -196,7 +214,31 @@ pub fn write_whole(disk: &mut dyn Disk, path: &Path, bytes: &[u8]) -> io::Result
         let _ = disk.remove(&temporary);
         return Err(error);
     }
-    disk.sync(parent(path))
+    sync_name(disk, path)
+}
+
+/// Writes a whole file, or nothing, if the name is free. Of two programs that write at once, one is refused.
+///
+/// # Errors
+/// What the operating system says; of kind `AlreadyExists` if the name is taken. There is no file, unless it [is in
+/// place](is_in_place).
+pub fn write_new(disk: &mut dyn Disk, path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // The file is made in a folder of its own, so that no other program uses its name.
+    let scratch = Scratch::inside(parent(path))?;
+    let made = scratch.path().join(path.file_name().unwrap_or(OsStr::new("file")));
+    let _step = Step::begin();
+    disk.write(&made, bytes)?;
+    disk.sync(&made)?;
+    match disk.link(&made, path) {
+        // Some file systems have no hard links.
+        Err(error)
+            if matches!(error.kind(), io::ErrorKind::Unsupported | io::ErrorKind::PermissionDenied) =>
+        {
+            disk.rename(&made, path)?;
+        }
+        linked => linked?,
+    }
+    sync_name(disk, path)
 }
 
 /// How names of files in the making end.
@@ -219,4 +261,43 @@ fn temporary(path: &Path) -> PathBuf {
     name.push(path.file_name().unwrap_or_default());
     name.push(IN_THE_MAKING);
     path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::storage::{DiskFault, FaultyDisk};
+
+    type Write = fn(&mut dyn Disk, &Path, &[u8]) -> io::Result<()>;
+
+    /// Lets each step fail in turn: either there is no file, or it is whole and the error says so.
+    #[test]
+    fn a_file_that_could_not_be_written_is_not_there_or_is_said_to_be() {
+        for write in [write_whole as Write, write_new] {
+            // Written, flushed, named, and its folder flushed.
+            for steps in 0..4 {
+                let folder = tempfile::tempdir().unwrap();
+                let path = folder.path().join("file");
+                let error =
+                    write(&mut FaultyDisk::new(DiskFault::Killed, steps), &path, b"whole").unwrap_err();
+                assert_eq!(is_in_place(&error), steps == 3, "{steps}: {error}");
+                assert_eq!(error.to_string().contains("it is whole"), steps == 3, "{steps}: {error}");
+                match fs::read(&path) {
+                    Ok(bytes) => assert!(steps == 3 && bytes == b"whole"),
+                    Err(error) => assert!(steps < 3 && error.kind() == io::ErrorKind::NotFound),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_taken_name_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        write_new(&mut RealDisk, &path, b"first").unwrap();
+        let error = write_new(&mut RealDisk, &path, b"second").unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(fs::read(&path).unwrap(), b"first");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
 }

@@ -23,7 +23,10 @@ mod scratch;
 mod scratch_file;
 mod step;
 
-pub use disk::{Disk, RealDisk, is_in_the_making, is_of_the_system, is_own_folder, is_there, write_whole};
+pub use disk::{
+    Disk, RealDisk, is_in_place, is_in_the_making, is_of_the_system, is_own_folder, is_there, write_new,
+    write_whole,
+};
 pub use faulty::{DiskFault, FaultyDisk};
 pub use free::free_bytes;
 pub use held::{HeldFolder, is_same};

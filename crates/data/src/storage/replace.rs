@@ -5,7 +5,8 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::scratch::{is_written_beside, parent};
+use super::disk::sync_name;
+use super::scratch::is_written_beside;
 use super::{Disk, Step, is_there};
 
 /// Puts the folder `new` at `target`. The folder that was there, if any, is at `new` afterwards, for the
@@ -15,16 +16,16 @@ use super::{Disk, Step, is_there};
 /// aside under a name that [`recover`] knows, so a program that is killed between the steps loses nothing.
 ///
 /// # Errors
-/// What the operating system said. Unless the new one stands already, what was there stays.
+/// What the operating system said. What was there stays, unless the new one [is in place](super::is_in_place).
 pub fn put_in_place(disk: &mut dyn Disk, new: &Path, target: &Path) -> io::Result<()> {
     let _step = Step::begin();
     sync_folders(disk, new)?;
     if !is_occupied(target)? {
         disk.rename(new, target)?;
-        return disk.sync(parent(target));
+        return sync_name(disk, target);
     }
     match disk.exchange(new, target) {
-        Ok(()) => disk.sync(parent(target)),
+        Ok(()) => sync_name(disk, target),
         Err(error) if is_unknown(&error) => exchange_by_two_renames(disk, new, target),
         Err(error) => Err(error),
     }
@@ -38,7 +39,7 @@ fn exchange_by_two_renames(disk: &mut dyn Disk, new: &Path, target: &Path) -> io
         let _ = disk.rename(&former, target);
         return Err(error);
     }
-    disk.sync(parent(target))?;
+    sync_name(disk, target)?;
     disk.rename(&former, new)
 }
 
@@ -58,7 +59,7 @@ pub fn recover(disk: &mut dyn Disk, target: &Path) -> io::Result<()> {
         return disk.remove_folder(&former);
     }
     disk.rename(&former, target)?;
-    disk.sync(parent(target))
+    sync_name(disk, target)
 }
 
 /// The name under which the former `target` is set aside.
@@ -98,7 +99,7 @@ fn sync_folders(disk: &mut dyn Disk, folder: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::storage::{DiskFault, FaultyDisk, RealDisk};
+    use crate::storage::{DiskFault, FaultyDisk, RealDisk, is_in_place};
 
     fn folder_of(path: &Path, text: &str) {
         fs::create_dir_all(path.join("deep")).unwrap();
@@ -124,6 +125,12 @@ mod tests {
             recover(&mut RealDisk, &target).unwrap();
             let now = content(&target);
             assert!(matches!(now.as_deref(), Some("former" | "new")), "{fault:?} at {steps}: {now:?}");
+            if done.as_ref().is_err_and(is_in_place) {
+                assert_eq!(now.as_deref(), Some("new"), "{fault:?} at {steps}");
+            }
+            if now.as_deref() == Some("new") && exchanges {
+                assert!(done.is_ok() || done.as_ref().is_err_and(is_in_place), "{fault:?} at {steps}");
+            }
             if done.is_ok() {
                 assert_eq!(now.as_deref(), Some("new"));
                 assert_eq!(content(&new).as_deref(), Some("former"));

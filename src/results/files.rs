@@ -1,0 +1,169 @@
+//! The files of results as they are read: each must be the one whose hash stands in their record.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::kind::ResultsKind;
+use super::read::{LARGEST_MAP, decoded, grey, read_results_record};
+use super::{ResultsError, hash};
+use epirig_core::grid::Grid;
+use epirig_data::storage::{is_there, read_file, read_inside};
+
+/// Bytes of the largest file: a few times the largest map.
+const LARGEST_FILE: u64 = 4 * LARGEST_MAP;
+
+/// Results of one kind in a folder. Their record holds the hash of each file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ResultFiles {
+    folder: PathBuf,
+    kind: ResultsKind,
+    /// Hash of each file, by its name.
+    files: BTreeMap<String, String>,
+    /// Hash of the record itself.
+    record: String,
+}
+
+/// What every record has of its files.
+#[derive(Deserialize)]
+struct Bound {
+    files: BTreeMap<String, String>,
+    /// Hash of the record of the results that these were made of; `None` if they were made of no results.
+    #[serde(default)]
+    matched_blake3: Option<String>,
+}
+
+/// What `compare.json` tells of its maps.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct CompareFacts {
+    /// Uid of the first sequence.
+    pub first_uid: String,
+    /// Uid of the second sequence.
+    pub second_uid: String,
+    /// Width of a pixel, in mm.
+    pub pixel_mm: f64,
+}
+
+/// What `compare.json` in `folder` tells of its maps.
+///
+/// # Errors
+/// As [`ResultFiles::open`].
+pub fn read_compare_facts(folder: &Path) -> Result<CompareFacts, ResultsError> {
+    read_results_record(folder, ResultsKind::Compare)
+}
+
+impl ResultFiles {
+    /// The results of this kind in `folder`.
+    ///
+    /// # Errors
+    /// [`ResultsError`] if their record is missing, of another version, or invalid.
+    pub fn open(folder: &Path, kind: ResultsKind) -> Result<Self, ResultsError> {
+        Ok(Self::opened(folder, kind)?.0)
+    }
+
+    fn opened(folder: &Path, kind: ResultsKind) -> Result<(Self, Bound), ResultsError> {
+        let mut bound: Bound = read_results_record(folder, kind)?;
+        let record = hash(&read_file(&folder.join(kind.summary()), LARGEST_FILE)?);
+        let files = std::mem::take(&mut bound.files);
+        Ok((Self { folder: folder.to_owned(), kind, files, record }, bound))
+    }
+
+    /// The surface that `epirig surface` has put beside these results; `None` if there is none.
+    ///
+    /// # Errors
+    /// [`ResultsError`] if its record cannot be read, or is of other results.
+    pub fn surface(&self) -> Result<Option<Self>, ResultsError> {
+        let (folder, kind) = (self.folder.join("surface"), ResultsKind::Surface);
+        let path = folder.join(kind.summary());
+        let io = |source| ResultsError::Io { action: "look at", path: path.clone(), source };
+        if !is_there(&path).map_err(io)? {
+            return Ok(None);
+        }
+        let (surface, bound) = Self::opened(&folder, kind)?;
+        match bound.matched_blake3.as_ref() == Some(&self.record) {
+            true => Ok(Some(surface)),
+            false => {
+                let reason = format!("it is of other results than {}", self.folder.display());
+                Err(ResultsError::BadSummary { path, reason, kind })
+            }
+        }
+    }
+
+    /// Hash of the record.
+    pub fn record_hash(&self) -> &str {
+        &self.record
+    }
+
+    /// Hash of a file, as the record has it; `None` if there is no such file among the results.
+    pub fn hash_of(&self, name: &str) -> Option<&str> {
+        self.files.get(name).map(String::as_str)
+    }
+
+    /// The bytes of a file or of the record; `None` if it is not there.
+    ///
+    /// # Errors
+    /// [`ResultsError::Changed`] if it is another one than when it was written; [`ResultsError::Read`].
+    pub fn bytes(&self, name: &str) -> Result<Option<Vec<u8>>, ResultsError> {
+        let record = (name == self.kind.summary()).then_some(&self.record);
+        let Some(wanted) = record.or(self.files.get(name)) else { return Ok(None) };
+        match read_inside(&self.folder, name, LARGEST_FILE) {
+            Ok(bytes) if hash(&bytes) == *wanted => Ok(Some(bytes)),
+            Ok(_) => Err(ResultsError::Changed { path: self.folder.join(name), kind: self.kind }),
+            Err(error) if error.is_missing() => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// A map; `None` if it is not there.
+    ///
+    /// # Errors
+    /// As [`bytes`](Self::bytes), and [`ResultsError::Format`].
+    pub fn map(&self, name: &str) -> Result<Option<Grid<f32>>, ResultsError> {
+        let bytes = self.bytes(name)?;
+        bytes.map(|bytes| decoded(&self.folder.join(name), &bytes)).transpose()
+    }
+
+    /// A map that the results are nothing without.
+    ///
+    /// # Errors
+    /// As [`map`](Self::map), and [`ResultsError::Missing`].
+    pub fn needed_map(&self, name: &str) -> Result<Grid<f32>, ResultsError> {
+        self.map(name)?.ok_or_else(|| self.missing(name))
+    }
+
+    /// A grey picture, such as `mask.png`; `None` if it is not there.
+    ///
+    /// # Errors
+    /// As [`bytes`](Self::bytes), and [`ResultsError::Picture`].
+    pub fn grey(&self, name: &str) -> Result<Option<Grid<u8>>, ResultsError> {
+        let bytes = self.bytes(name)?;
+        bytes.map(|bytes| grey(&self.folder.join(name), &bytes)).transpose()
+    }
+
+    /// The files that are there, the record first, each with its size in bytes.
+    pub fn sizes(&self) -> Vec<(String, u64)> {
+        let names = [self.kind.summary()].into_iter().chain(self.files.keys().map(String::as_str));
+        let size = |name: &str| {
+            let facts = fs::symlink_metadata(self.folder.join(name)).ok()?;
+            facts.is_file().then(|| (name.to_owned(), facts.len()))
+        };
+        names.filter_map(size).collect()
+    }
+
+    /// Compares all files with their hashes: what is wrong with each that differs or is missing.
+    pub fn check(&self) -> Vec<ResultsError> {
+        let wrong = |name: &String| match self.bytes(name) {
+            Ok(Some(_)) => None,
+            Ok(None) => Some(self.missing(name)),
+            Err(error) => Some(error),
+        };
+        self.files.par_iter().filter_map(|(name, _)| wrong(name)).collect()
+    }
+
+    fn missing(&self, name: &str) -> ResultsError {
+        ResultsError::Missing { path: self.folder.join(name), kind: self.kind }
+    }
+}
