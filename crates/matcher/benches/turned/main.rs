@@ -21,6 +21,9 @@ use render::{Size, rendered};
 use scenes::scenes;
 use score::Score;
 
+/// Mean error of the small scenes of `--test`, at most, in px: half of the relief that epirig is built for, 0.1 px.
+const MOST_PX: f64 = 0.05;
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let given = |name: &str| arguments.iter().any(|argument| argument == name);
@@ -41,6 +44,9 @@ fn main() {
         let begun = Instant::now();
         let maps = match_volume(&volume, &options, &Silent).unwrap();
         let seconds = begun.elapsed().as_secs_f64();
-        println!("{}", Score::of(&scene, &maps).line(&scene.name, seconds));
+        let score = Score::of(&scene, &maps);
+        println!("{}", score.line(&scene.name, seconds));
+        // The error that a match of another frame than the truth's would have is some tenths of a pixel.
+        assert!(!is_test || score.mean_px() < MOST_PX, "{}: mean error {} px", scene.name, score.mean_px());
     }
 }
