@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::conclusion::conclusion;
 use super::evaluate::table;
 use super::matching::describe;
 use super::need::{close_others, refuse_more_than_there_is};
@@ -133,7 +132,7 @@ impl Demo {
         };
         talk.result(&output, || {
             let found = surface.map_or(String::new(), |(surface, page)| {
-                format!("{}\nlook at {}\n     and ", conclusion(surface, true_depth_mm), quoted(page))
+                format!("{}\nlook at {}\n     and ", surface.conclusion.sentence, quoted(page))
             });
             format!(
                 "{}\n{}\n{}{}  (measured beside the truth)\n",
@@ -192,12 +191,19 @@ impl Demo {
             }
         };
         let noise = ("sim.noise_dn", self.noise.to_string());
-        let overrides = settings.into_iter().chain([noise]).map(|(key, value)| Override {
+        // The simulated lens is exactly as stated.
+        let exact = ("optics.focal_length_sigma_percent", "0".to_owned());
+        let overrides = settings.into_iter().chain([noise, exact]).map(|(key, value)| Override {
             key: key.to_owned(),
             value,
             from: "demo".to_owned(),
         });
-        Ok(Profile::read(SIM, "the simulated rig", &overrides.collect::<Vec<_>>())?)
+        let mut profile = Profile::read(SIM, "the simulated rig", &overrides.collect::<Vec<_>>())?;
+        if matches!(self.scene, SceneName::CubeEdge) {
+            // The relief is that of the tile.
+            profile.target.relief_mm = None;
+        }
+        Ok(profile)
     }
 }
 

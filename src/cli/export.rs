@@ -12,7 +12,7 @@ use super::scan_end::tell_results;
 use super::surface::NO_GEOMETRY;
 use super::{CliError, Talk};
 use crate::pipeline::{OpenedResults, matched_frame, open_results, surface_need, surface_points};
-use crate::report::{MapPicture, ValueRange};
+use crate::report::{MapPicture, Millimetres, ValueRange};
 use crate::results::{MatchSummary, ResultsError, encoded_picture, read_map, read_summary};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat, Quantity};
@@ -195,9 +195,9 @@ impl Export {
         let photograph = opened.as_ref().and_then(|(sequence, opened)| {
             matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok()
         });
-        let pixel_mm = opened.and_then(|(_, opened)| opened.heights.as_ref().map(Heights::pixel_mm));
+        let millimetres = opened.and_then(|(_, opened)| opened.heights.as_ref().map(Millimetres::of));
         let range = ValueRange::of(map, least_span);
-        let picture = MapPicture::new(map, title, unit, range).in_mm(pixel_mm).beside(photograph.as_ref());
+        let picture = MapPicture::new(map, title, unit, range).in_mm(millimetres).beside(photograph.as_ref());
         let is_height = matches!(self.map, MapName::Height | MapName::HeightWithoutForm);
         let picture = if is_height { picture.as_relief() } else { picture };
         Ok(encoded_picture(&self.out, &picture.picture()?)?)

@@ -4,7 +4,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::{OpenedResults, PipelineError, matched_frame, steps_options};
-use crate::report::{MapPicture, ReportError, ValueRange};
+use crate::report::{MapPicture, Millimetres, ReportError, ValueRange};
 use crate::results::{MaskFacts, Region, ResultsError, ResultsFolder};
 use epirig_calibration::registration::{ShiftError, Similarity, similarity_between};
 use epirig_core::frame::{Frame, FrameError, Samples};
@@ -14,10 +14,10 @@ use epirig_data::sequence::Sequence;
 use epirig_matcher::comparison::{
     Comparison, ComparisonError, DifferenceStatistics, Place, Registration, compare,
 };
-use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
+use epirig_matcher::surface::{Heights, Rectangle, ScaleSigma, TrendKind};
 
 /// Version of `compare.json`.
-const FORMAT_VERSION: u32 = 1;
+const FORMAT_VERSION: u32 = 2;
 /// Samples of the frames that are registered: fine enough that rounding does not count.
 const BIT_DEPTH: u8 = 16;
 /// Colours of the significance reach to this many sigma.
@@ -93,6 +93,9 @@ pub struct CompareSummary {
     pub tilt_deg: (f64, f64),
     /// Width of a pixel of the first map, in mm.
     pub pixel_mm: f64,
+    /// Relative standard uncertainties of the scale of both scans. They are not in the sigma of the difference: what
+    /// both scans share changes each difference by its share, and makes none.
+    pub scale_sigma: [ScaleSigma; 2],
     /// Region of the first map, if one was given.
     pub region: Option<Rectangle>,
     /// Mask of the first map, if one was given.
@@ -160,12 +163,13 @@ pub fn compare_scans(
         offset_mm: found.trend.coefficients.first().copied().unwrap_or(0.0),
         tilt_deg: found.trend.tilt_deg(),
         pixel_mm,
+        scale_sigma: heights.map(|heights| heights.geometry.scale),
         region: region.rectangle,
         mask: region.mask.as_ref().map(|mask| mask.facts.clone()),
         difference: found.statistics,
         places: found.places.clone(),
     };
-    write(folder, &found, &summary, &photograph)?;
+    write(folder, &found, &summary, (&photograph, Millimetres::of(first.heights)))?;
     Ok(summary)
 }
 
@@ -201,7 +205,7 @@ fn write(
     folder: &ResultsFolder,
     found: &Comparison,
     summary: &CompareSummary,
-    photograph: &Grid<f32>,
+    (photograph, millimetres): (&Grid<f32>, Millimetres),
 ) -> Result<(), CompareError> {
     let Comparison { difference_mm, sigma_mm, .. } = found;
     let between = format!("sequence {} less {}", summary.second_uid, summary.first_uid);
@@ -214,7 +218,7 @@ fn write(
     folder.write_map("difference_sigma_mm.tiff", sigma_mm, &facts)?;
     let range = ValueRange::of(difference_mm, 0.01).around_zero();
     let picture = |map, title, unit, range| {
-        MapPicture::new(map, title, unit, range).diverging().in_mm(Some(summary.pixel_mm))
+        MapPicture::new(map, title, unit, range).diverging().in_mm(Some(millimetres))
     };
     let difference = picture(difference_mm, "Second less first height", "mm", range);
     folder.write_picture("difference.png", &difference.beside(Some(photograph)).picture()?)?;

@@ -1,5 +1,6 @@
 //! The folder of results, written as a whole or not at all.
 
+mod conclusion;
 mod error;
 mod kind;
 mod mismatch;
@@ -12,6 +13,7 @@ mod writer;
 
 use serde::{Deserialize, Serialize};
 
+pub use conclusion::{Conclusion, scale_in_words};
 pub use error::ResultsError;
 pub use kind::ResultsKind;
 pub use mismatch::ResultsMismatch;
@@ -19,7 +21,7 @@ pub use read::{
     read_grey, read_map, read_named_map, read_result, read_summary, result_files, results_beside,
 };
 pub use region::{Mask, MaskError, MaskFacts, Region, parse_mask, read_mask};
-pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
+pub use surface::{FieldSummary, LevelsSummary, SURFACE_FORMAT, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture, mask_value};
 
 use epirig_matcher::interpolation::Interpolation;

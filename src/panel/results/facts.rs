@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::view::{RESULTS, ResultsView};
 use crate::panel::results::maps::MapFacts;
-use crate::results::{MatchSummary, results_beside};
+use crate::results::{MatchSummary, SURFACE_FORMAT, results_beside};
 use epirig_data::sequence::Origin;
 use epirig_data::storage::{parse_record, read_text};
 
@@ -140,7 +140,8 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
 fn surface(view: &ResultsView) -> Option<Value> {
     const LARGEST: u64 = 4 << 20;
     let text = read_text(&view.folder.join("surface/surface.json"), LARGEST).ok()?;
-    parse_record(&text).ok()
+    // Answers of another version are asked for anew.
+    parse_record(&text).ok().filter(|answers: &Value| answers["format"] == SURFACE_FORMAT)
 }
 
 fn origin(origin: &Origin) -> String {

@@ -2,8 +2,8 @@
 
 use super::contents::Report;
 use super::markup::{Markup, element, joined, pairs, paragraph, table};
-use super::number::{fixed, moment, percent, plain, with_sigma};
 use super::picture::Picture;
+use crate::number::{fixed, moment, percent, plain, with_sigma};
 use crate::report::{Chart, ReportError, Series};
 use epirig_data::sequence::{ClosureRecord, ComparisonRecord, Event, ResumedRecord, TimesRecord};
 

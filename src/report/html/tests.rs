@@ -4,12 +4,12 @@ use serde_json::json;
 
 use super::{CalibrationPart, Maps, Report, Scan};
 use crate::report::{Chart, Series};
-use crate::results::{FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
+use crate::results::{Conclusion, FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Event, FrameRecord, SequenceRecord, StopRecord};
 use epirig_matcher::surface::{
     Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Filters, Part,
-    Roughness, Trend, TrendKind,
+    Roughness, ScaleSigma, Trend, TrendKind,
 };
 
 const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=alert(2)>&\"";
@@ -111,12 +111,19 @@ impl Records {
                 "occluded": 0.0, "median_disparity_px": 400.0, "median_sigma_px": 0.01, "seconds": 1.0
             })),
             surface: SurfaceSummary {
-                format: 3,
+                format: 5,
                 program: "epirig 0".to_owned(),
                 sequence_uid: "uid-1".to_owned(),
+                conclusion: Conclusion {
+                    sentence: "hollows 0.2004 mm +- 0.0020 mm deep (95 % coverage)".to_owned(),
+                    planned_mm: Some(0.25),
+                    as_planned: Some(false),
+                },
                 scan_ended: "not-closed".to_owned(),
                 distance_mm: 900.0,
                 pixel_mm: 0.3,
+                origin_px: (3.5, 3.5),
+                scale_sigma: ScaleSigma { focal_length: Some(0.02), baseline: None },
                 field: FieldSummary {
                     region: None,
                     mask: None,
@@ -242,8 +249,14 @@ fn the_verdict_names_depth_interval_and_a_scan_that_is_not_closed() {
     let records = Records::new();
     let html = records.report().html().unwrap();
     let text = read(&html);
-    let verdict = "Depth of the hollows 0.2004 mm \u{b1} 0.0020 mm (95 % coverage, k = 1.98)";
+    let verdict = "Hollows 0.2004 mm \u{b1} 0.0020 mm deep (95 % coverage). Warning";
     assert!(text.contains(verdict), "{text}");
+    let row = "depth of the hollows 0.2004 mm \u{b1} 0.0020 mm (95 % coverage, k = 1.98)";
+    assert!(text.contains(row), "{text}");
+    assert!(text.contains("planned 0.25 mm, outside of the interval"), "{text}");
+    // 2 % of 900 mm are 18 mm.
+    assert!(text.contains("distance 900 mm, standard uncertainty 18 mm"), "{text}");
+    assert!(text.contains("Scale: known to 2.0 % (standard uncertainty), baseline taken as exact."), "{text}");
     assert!(html.contains("<data value=\"0.2004123\">"));
     assert!(text.contains("Warning: positions are wrong") && text.contains("the scan ended as not-closed"));
     assert!(html.contains("class=\"bad\""));
@@ -266,7 +279,6 @@ fn what_is_not_known_is_said_and_never_a_number() {
     records.surface.levels = None;
     records.surface.no_levels = Some("the heights have one level".to_owned());
     let text = read(&records.report().html().unwrap());
-    assert!(text.contains("No step height: the heights have one level"), "{text}");
     assert!(text.contains("There is no step height: the heights have one level."), "{text}");
 }
 

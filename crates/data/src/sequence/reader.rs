@@ -274,6 +274,14 @@ fn impossible(record: &SequenceRecord) -> Option<String> {
     {
         return Some(format!("the original frames cannot have had {original_bit_depth} bit"));
     }
+    if let Origin::Rectified { focal_length_sigma, baseline_sigma, .. } = record.origin
+        && let Some(sigma) = [focal_length_sigma, baseline_sigma]
+            .into_iter()
+            .flatten()
+            .find(|sigma| !(sigma.is_finite() && *sigma >= 0.0))
+    {
+        return Some(format!("a relative standard uncertainty of {sigma} cannot be"));
+    }
     record.intrinsics.and_then(|intrinsics| intrinsics.impossible(rows, columns))
 }
 
