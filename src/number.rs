@@ -61,7 +61,8 @@ pub(crate) fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
         _ if !value.is_finite() => UNKNOWN.to_owned(),
         Some(sigma) => {
             let decimals = decimals(sigma, 2);
-            let value = if round_to(value, decimals) == 0.0 { "0".to_owned() } else { fixed(value, decimals) };
+            let value =
+                if round_to(value, decimals) == 0.0 { "0".to_owned() } else { fixed(value, decimals) };
             format!("{value} {unit}, standard uncertainty {} {unit}", fixed(sigma, decimals))
         }
         None => format!("{} {unit}, uncertainty unknown", significant(value, DIGITS)),

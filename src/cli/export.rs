@@ -60,7 +60,7 @@ impl MapName {
                 0.001,
             ),
             Self::HeightWithoutForm => {
-                ("surface/height_mm.tiff", "Height after the form", "mm", Quantity::LengthMm, 0.01)
+                ("surface/height_mm.tiff", "Height after removal of the form", "mm", Quantity::LengthMm, 0.01)
             }
         };
         About { file, title, unit, quantity, least_span }

@@ -9,7 +9,7 @@ use super::need::{check, close_others};
 use super::region::{RegionArguments, four};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
-use crate::number::{ascii, plain, share, sigma, with_interval};
+use crate::number::{ascii, fixed, plain, share, sigma, with_interval};
 use crate::pipeline::{
     MeasuredSurface, OpenedResults, PipelineError, SurfaceQuestions, half_frames, half_heights, halves_need,
     inspect_surface, open_results, steps_options, surface_need,
@@ -212,10 +212,11 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
 /// The numbers of a surface, a line each, and at last what they say.
 pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let field = &summary.field;
+    let digits = |value: f64| ascii(&fixed(value, 4));
     let mut text = format!(
         "field              {:.1} % of {} heights; left out: {}{} uncertain, {} apart from it, {} at its rim, {} outliers (used.png)\n\
          distance           {}; a pixel is {:.4} mm wide\n\
-         trend              tilt {:.4} deg along x, {:.4} deg along y; bow {:.4} mm over the field\n",
+         trend              tilt {} deg along x, {} deg along y; bow {} mm over the field\n",
         100.0 * field.used_px as f64 / field.answered_px as f64,
         field.answered_px,
         match field.target_px {
@@ -228,9 +229,9 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         field.outlier_px,
         distance(summary),
         summary.pixel_mm,
-        summary.tilt_deg.0,
-        summary.tilt_deg.1,
-        summary.bow_mm,
+        digits(summary.tilt_deg.0),
+        digits(summary.tilt_deg.1),
+        digits(summary.bow_mm),
     );
     if let Some(levels) = &summary.levels {
         let depth_mm = levels.depth.depth_mm;
@@ -248,7 +249,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         text.extend(levels.budget.contributions.iter().map(contribution));
         for wider in levels.by_margin.iter().filter(|wider| wider.margin_px > levels.margin_px) {
             text.push_str(&format!(
-                "farther from walls {} (95 % by scatter alone): pixels from {} px on, not from {} px on\n",
+                "farther from walls {} (95 % by scatter alone): {} px beside them left out, not {}\n",
                 depth(wider.depth_mm, wider.half_width_95_mm),
                 wider.margin_px,
                 levels.margin_px
@@ -263,9 +264,6 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
             text.extend(rough.iter().map(|rough| roughness_line(name, rough)));
         }
         text.extend(levels.misfit().map(|words| format!("note               {words}\n")));
-    }
-    if let Some(reason) = &summary.no_levels {
-        text.push_str(&format!("no step height     {reason}\n"));
     }
     text.push_str(&roughness_line("field", &summary.roughness));
     let cutoff = |cutoff_mm: Option<f64>| cutoff_mm.map_or("none".to_owned(), |mm| format!("{mm} mm"));

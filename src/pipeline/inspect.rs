@@ -2,16 +2,19 @@
 
 use super::points::surface_points;
 use super::{OpenedResults, PipelineError};
-use crate::report::{Chart, MapPicture, Marks, Millimetres, Series, USED_CLASSES, ValueRange, Window, class_picture};
+use crate::report::{
+    Chart, MapPicture, Marks, Millimetres, Series, USED_CLASSES, ValueRange, Window, class_picture,
+};
 use crate::results::{
-    Conclusion, FieldSummary, LevelsSummary, MatchSettings, Region, ResultsFolder, SURFACE_FORMAT, SurfaceSummary,
+    Conclusion, FieldSummary, LevelsSummary, MatchSettings, Region, ResultsFolder, SURFACE_FORMAT,
+    SurfaceSummary,
 };
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
 use epirig_matcher::surface::{
-    Extent, Filters, Geometry, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind,
-    find_extent, find_outliers, find_steps, fit_trend, profile,
+    Extent, Filters, Geometry, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError,
+    TrendKind, find_extent, find_outliers, find_steps, fit_trend, profile,
 };
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX};
 
@@ -244,7 +247,7 @@ pub(super) fn write_answers(
     (taken, photograph): (&str, Option<&Grid<f32>>),
 ) -> Result<(), PipelineError> {
     let SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used } = answers;
-    let title = format!("Height after the trend in mm, sequence {}", summary.sequence_uid);
+    let title = format!("Height after removal of the form in mm, sequence {}", summary.sequence_uid);
     let facts = MapFacts { taken: Some(taken.to_owned()), ..MapFacts::lengths(summary.pixel_mm, title) };
     for name in ["height_mm.tiff", "height.gsf", "height.x3p"] {
         folder.write_map(name, rest_mm, &facts)?;
@@ -263,7 +266,7 @@ pub(super) fn write_answers(
         folder.write("hollows.csv", parts_csv(levels));
     }
     let millimetres = Some(Millimetres::of(heights));
-    let picture = MapPicture::new(rest_mm, "Height after the trend", "mm", range);
+    let picture = MapPicture::new(rest_mm, "Height after removal of the form", "mm", range);
     let picture = picture.as_relief().in_mm(millimetres).beside(photograph);
     folder.write_picture("height.png", &picture.picture()?)?;
     let window = Window::whole(used.rows(), used.columns());
@@ -351,7 +354,7 @@ pub(super) fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
     });
     let ((from_x, from_y), (to_x, to_y)) = (profile.line.from_px, profile.line.to_px);
     Chart {
-        title: format!("Height after the trend from ({from_x}, {from_y}) to ({to_x}, {to_y}) px"),
+        title: format!("Height after removal of the form from ({from_x}, {from_y}) to ({to_x}, {to_y}) px"),
         x_label: "distance (mm)".to_owned(),
         y_label: "height (mm)".to_owned(),
         // The range is wide enough that noise does not look like relief.

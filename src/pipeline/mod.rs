@@ -24,7 +24,9 @@ use tracing::{info, info_span};
 pub use calibration::calibrate_sequence;
 
 use crate::calibrate::{CalibrateError, Calibration, load_calibrated};
-use crate::report::{FigureRow, MapPicture, Millimetres, ReportError, ValueRange, Window, class_picture, paper_figures};
+use crate::report::{
+    FigureRow, MapPicture, Millimetres, ReportError, ValueRange, Window, class_picture, paper_figures,
+};
 use crate::results::{MatchSummary, Region, ResultsError, ResultsFolder, ResultsMismatch, mask_value};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
@@ -241,7 +243,8 @@ fn write_maps(
         pictures.push((HEIGHT, height_mm, "Height", "mm", |height| ValueRange::of(height, 0.01)));
     }
     let draw = |&(name, map, title, unit, spread): &(&str, &Grid<f32>, &str, &str, Spread)| {
-        let picture = MapPicture::new(map, title, unit, spread(map)).in_mm(millimetres).beside(Some(photograph));
+        let picture =
+            MapPicture::new(map, title, unit, spread(map)).in_mm(millimetres).beside(Some(photograph));
         let picture = if name == HEIGHT { picture.as_relief() } else { picture };
         Ok(folder.write_picture(name, &picture.picture()?)?)
     };

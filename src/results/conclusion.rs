@@ -24,7 +24,7 @@ impl Conclusion {
             Ok(levels) => levels,
             Err(reason) => {
                 let planned = planned_mm.map_or(String::new(), |mm| format!(" (planned: {mm} mm)"));
-                let sentence = format!("no hollows were found{planned}: {reason}");
+                let sentence = format!("no step height{planned}: {reason}");
                 return Self { sentence, planned_mm, as_planned: None };
             }
         };

@@ -101,10 +101,16 @@ fn the_report_tells_the_depth_and_needs_nothing_from_outside() {
             assert!(text.contains(&format!("No step height: {reason}")), "{text}");
         }
     }
+    // The lens of the demo is exactly as stated.
+    assert_eq!(found["scale_sigma"]["focal_length"], 0.0);
+    assert!(text.contains("Scale: focal length and baseline taken as exact."), "{text}");
     let uid = found["sequence_uid"].as_str().unwrap();
     let hash = blake3::hash(&fs::read(folder.join("demo/sequence/results/disparity.tiff")).unwrap());
     assert!(text.contains(uid) && text.contains(&*hash.to_hex()));
-    assert!(text.contains("The scan ended as complete") && text.contains("No frame was taken again."));
+    assert!(
+        text.contains("The scan is complete: all 21 planned frames are there.")
+            && text.contains("No frame was taken again.")
+    );
     assert!(html.len() < 5_000_000, "{}", html.len());
 
     fails(folder, &["surface", "demo/sequence"], 2, &["--overwrite"]);
@@ -137,6 +143,9 @@ fn a_run_ends_with_a_report() {
     let text = succeeds(folder, &[&["run", "--out", "tile", "--json"][..], &small].concat());
     let found: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert!(found["surface"]["roughness"]["sq_mm"].as_f64().is_some(), "{text}");
+    // The profile of the simulated rig states no uncertainty of its lens, so it is that of a data sheet.
+    let scale = serde_json::json!({"focal_length": 0.02, "baseline": null});
+    assert_eq!(found["surface"]["scale_sigma"], scale);
     check_page(&report(folder, "tile"));
     // They are the results of `surface`.
     fails(folder, &["surface", "tile"], 2, &["--overwrite"]);

@@ -36,7 +36,8 @@ impl Measured {
     fn with(folder: &Path, focal_length_sigma: &str) -> Self {
         let record = folder.join("seq/sequence.json");
         let mut text: serde_json::Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
-        text["origin"]["rig"]["optics"]["focal_length_sigma"] = focal_length_sigma.parse::<f64>().unwrap().into();
+        text["origin"]["rig"]["optics"]["focal_length_sigma"] =
+            focal_length_sigma.parse::<f64>().unwrap().into();
         fs::write(&record, serde_json::to_vec_pretty(&text).unwrap()).unwrap();
         let json = succeeds(folder, &["surface", "seq", "--overwrite", "--json"]);
         let said = succeeds(folder, &["surface", "seq", "--overwrite"]);
@@ -80,7 +81,11 @@ fn the_interval_holds_the_uncertainty_of_the_focal_length() {
     let rest_mm = exact.number("/levels/budget/combined/sigma_mm");
     assert!(rest_mm < 0.005, "{rest_mm}");
     assert_eq!(exact.contribution("scale: focal length"), Some(0.0));
-    assert!(exact.said.contains("(95 % coverage, focal length and baseline taken as exact)"), "{}", exact.said);
+    assert!(
+        exact.said.contains("(95 % coverage, focal length and baseline taken as exact)"),
+        "{}",
+        exact.said
+    );
     for relative in [0.02, 0.05] {
         let found = Measured::with(folder, &relative.to_string());
         // A height is a difference of distances f b / |d|, so it is wrong by the share by which f is.
@@ -106,7 +111,9 @@ fn the_interval_holds_the_uncertainty_of_the_focal_length() {
         assert!(found.said.lines().any(|line| line == sentence), "{sentence} in {}", found.said);
         let printed = sentence.replacen("hollows", "Hollows", 1).replace("+-", "\u{b1}");
         assert!(found.report.contains(&printed), "{printed}");
-        assert!(found.report.contains(&format!(" mm \u{b1} {half_width} mm</data> (95 % coverage, k = 1.96)")));
+        assert!(
+            found.report.contains(&format!(" mm \u{b1} {half_width} mm</data> (95 % coverage, k = 1.96)"))
+        );
         assert_eq!(found.report.contains("known to 2.0 % (standard uncertainty)"), relative == 0.02);
     }
 }

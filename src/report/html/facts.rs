@@ -2,8 +2,8 @@
 
 use super::contents::Report;
 use super::markup::{Markup, data, inline, joined, pairs, paragraph, with};
-use crate::number::{fixed, moment, plain, share, sigma, significant, with_interval, with_sigma};
 use crate::calibrate::LensSource;
+use crate::number::{fixed, moment, plain, share, sigma, significant, with_interval, with_sigma};
 use crate::results::{SurfaceSummary, scale_in_words};
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::{CameraRecord, Event, Origin};
@@ -34,11 +34,11 @@ fn ended(report: &Report<'_>) -> Markup {
     let (how, words) = (&report.matched.scan_ended, &report.scan.end_in_words);
     match words {
         Some(words) => {
-            let warning = format!("Warning: {words} (the scan ended as {how})");
+            let warning = format!("Warning: {words} (recorded as {how})");
             with("p", &[("class", "bad"), ("role", "note")], inline("strong", &[], warning))
         }
         None => paragraph(format!(
-            "The scan ended as {how}: all {} planned frames are there.",
+            "The scan is {how}: all {} planned frames are there.",
             report.scan.record.frames
         )),
     }
@@ -147,7 +147,8 @@ fn rig(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
     let positions: Option<Vec<f64>> =
         report.scan.frames.iter().map(|frame| frame.reported_mm.or(frame.commanded_mm)).collect();
     let ends = positions.as_ref().and_then(|all| Some((*all.first()?, *all.last()?)));
-    let by_stage = ends.map(|(first, last)| format!("{} mm by the stage, taken as exact", fixed(last - first, 3)));
+    let by_stage =
+        ends.map(|(first, last)| format!("{} mm by the stage, taken as exact", fixed(last - first, 3)));
     let part = report.calibration.as_ref().map(|part| part.record);
     let measured = part.and_then(|found| {
         let baseline_mm = found.positions.baseline_mm?;

@@ -41,7 +41,11 @@ impl Report<'_> {
             Markup::running_head(&title),
         ]);
         let sections = [
-            ("facts", "Result: what was measured, with what, how good", facts::facts(self, maps::height(self)?)),
+            (
+                "facts",
+                "Result: what was measured, with what, how good",
+                facts::facts(self, maps::height(self)?),
+            ),
             ("maps", "Maps", maps::maps(self)?),
             ("profile", "Profile", profile::profile(self)?),
             ("steps", "Step heights and their uncertainty", steps::steps(self)),

@@ -27,8 +27,12 @@ pub(super) fn steps(report: &Report<'_>) -> Markup {
 
 fn depths(levels: &LevelsSummary) -> Markup {
     let (what, step, caption) = match levels.raised {
-        true => ("part", "height, 95 % by scatter alone", "Height of the raised parts over the level around them"),
-        false => ("hollow", "depth, 95 % by scatter alone", "Depth of the hollows below the level around them"),
+        true => {
+            ("part", "height, 95 % by scatter alone", "Height of the raised parts over the level around them")
+        }
+        false => {
+            ("hollow", "depth, 95 % by scatter alone", "Depth of the hollows below the level around them")
+        }
     };
     let depth =
         |depth: &Depth| data(depth.depth_mm, with_interval(depth.depth_mm, depth.half_width_95_mm, "mm"));
@@ -80,7 +84,7 @@ fn budget(levels: &LevelsSummary) -> Markup {
             "Depth with all contributions of this table: {} (95 % coverage, k = {}, {} effective degrees of freedom).",
             with_interval(levels.depth.depth_mm, Some(sum.half_width_95_mm), "mm"),
             fixed(sum.coverage_factor, 2),
-            fixed(sum.degrees_of_freedom, 0)
+            degrees(sum.degrees_of_freedom)
         ),
         None => "The scatter is not known: the field has too few independent parts. So there is no combined \
                  uncertainty."
@@ -96,6 +100,12 @@ fn budget(levels: &LevelsSummary) -> Markup {
             "{expanded} A contribution of 0 mm is no larger than noise explains, or was stated as exact."
         )),
     ])
+}
+
+/// Degrees of freedom; with more than these, Student's t is the normal distribution.
+fn degrees(effective: f64) -> String {
+    const MANY: f64 = 1000.0;
+    if effective > MANY { format!("more than {}", fixed(MANY, 0)) } else { fixed(effective, 0) }
 }
 
 fn contribution(part: &Contribution) -> Vec<Markup> {

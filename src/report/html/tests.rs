@@ -178,7 +178,7 @@ impl Records {
                 roughness: rough(),
             },
             profile: Chart {
-                title: "Height after the trend".to_owned(),
+                title: "Height after removal of the form".to_owned(),
                 series: vec![Series::line("height", vec![(0.0, 0.0), (1.0, f64::NAN), (2.0, 1.0)])],
                 ..Chart::default()
             },
@@ -256,9 +256,12 @@ fn the_verdict_names_depth_interval_and_a_scan_that_is_not_closed() {
     assert!(text.contains("planned 0.25 mm, outside of the interval"), "{text}");
     // 2 % of 900 mm are 18 mm.
     assert!(text.contains("distance 900 mm, standard uncertainty 18 mm"), "{text}");
-    assert!(text.contains("Scale: known to 2.0 % (standard uncertainty), baseline taken as exact."), "{text}");
+    assert!(
+        text.contains("Scale: known to 2.0 % (standard uncertainty), baseline taken as exact."),
+        "{text}"
+    );
     assert!(html.contains("<data value=\"0.2004123\">"));
-    assert!(text.contains("Warning: positions are wrong") && text.contains("the scan ended as not-closed"));
+    assert!(text.contains("Warning: positions are wrong") && text.contains("(recorded as not-closed)"));
     assert!(html.contains("class=\"bad\""));
     for sentence in ["positions are wrong", "uid-1", "ab12", "0.0008", "disparity_step_px 0.5"] {
         assert!(text.contains(sentence), "{sentence}: {text}");

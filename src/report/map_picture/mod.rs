@@ -19,8 +19,8 @@ use layout::{Bar, Key, Layout, Panel};
 pub use range::ValueRange;
 use relief::{lit, relief};
 use window::Zoom;
-pub use window::{Millimetres, Window};
 pub(in crate::report) use window::reduced;
+pub use window::{Millimetres, Window};
 
 /// Colour of pixels without an answer.
 const UNKNOWN: [u8; 3] = [70, 70, 70];

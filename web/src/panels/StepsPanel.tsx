@@ -1,7 +1,7 @@
 import { useRef } from 'preact/hooks';
 import type { Budget, Roughness, SurfaceSummary } from '../api';
 import { NumberField } from '../components/NumberField';
-import { count, measured, percent, valueAndSigma } from '../format/number';
+import { count, interval, percent } from '../format/number';
 import { chooseMask, mask, maskFault } from '../store/mask';
 import { surface, trend } from '../store/questions';
 import { lengths, results, trends } from '../store/results';
@@ -46,7 +46,7 @@ function StepHeight({ of }: { of: SurfaceSummary }) {
   const half = budget.combined === null ? null : budget.combined.half_width_95_mm * factor;
   return (
     <>
-      <p class="key-number">{measured(depth.depth_mm * factor, half, label)}</p>
+      <p class="key-number">{interval(depth.depth_mm * factor, half, label)}</p>
       <p>{coverage(budget)}</p>
       <p>{of.conclusion.sentence.replace('+-', '±')}</p>
       <p class="muted">
@@ -77,7 +77,6 @@ function Parts({ of }: { of: SurfaceSummary }) {
         <tbody>
           {of.levels?.parts.map((part) => {
             const half = part.depth.half_width_95_mm === null ? null : part.depth.half_width_95_mm * factor;
-            const texts = valueAndSigma(part.depth.depth_mm * factor, half);
             const [x, y] = [Math.round(part.centre_x_px), Math.round(part.centre_y_px)];
             return (
               <tr key={`${x},${y}`}>
@@ -87,7 +86,7 @@ function Parts({ of }: { of: SurfaceSummary }) {
                   </button>
                 </td>
                 <td>{part.area_mm2.toFixed(2)}</td>
-                <td>{texts.sigma === null ? texts.value : `${texts.value} ± ${texts.sigma}`}</td>
+                <td>{interval(part.depth.depth_mm * factor, half, '')}</td>
               </tr>
             );
           })}

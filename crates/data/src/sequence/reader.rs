@@ -113,7 +113,7 @@ impl Sequence {
         let how = match self.stop.as_ref().map(|stop| stop.exit_status) {
             Some(ExitStatus::Complete) if there == planned => return None,
             Some(ExitStatus::Complete) => {
-                format!("the scan ended as complete, but {there} of {planned} planned frames are there")
+                format!("the scan is recorded as complete, but {there} of {planned} planned frames are there")
             }
             Some(ExitStatus::NotClosed) => NOT_CLOSED.to_owned(),
             Some(ExitStatus::Aborted | ExitStatus::Failed) => {
