@@ -44,7 +44,7 @@ enum SceneName {
   epirig demo --size 512 --noise 1 --out noisy-tile"
 )]
 pub(super) struct Demo {
-    /// Folder for the sequence and the results [default: epirig-demo, or the first free name of
+    /// Folder of the new sequence and its results [default: epirig-demo, or the first free name of
     /// epirig-demo-2, ...]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -88,24 +88,23 @@ impl Demo {
             simulator.config().scan.frames,
             quoted(&out)
         ));
-        let folder = out.join("sequence");
         // The truth serves the comparison below only; the pipeline runs as for any rig.
         // The middle frame, by number: its truth is needed before anything is matched.
         let reference = simulator.config().scan.frames / 2;
         let truth = simulator.truth(reference)?;
         let mut devices = Devices::of(&profile, None, talk)?;
         // The demo may use few pixels or much noise, so the checks before a scan do not stop it.
-        examine_shortly(&mut devices, &profile, &folder, talk)?;
+        examine_shortly(&mut devices, &profile, &out, talk)?;
         let measured = measure_object(
             devices,
             &profile,
             &MatchOptions { reference: ReferenceFrame::Index(reference), ..MatchOptions::default() },
-            &folder,
+            &out,
             Some(&truth.disparity),
             talk,
         )?;
         let Measured { measurement, results, .. } = measured;
-        write_truth(&folder.join("truth"), &truth)?;
+        write_truth(&out.join("truth"), &truth)?;
         write_comparison(&results, &measurement, &truth, simulator.config().scene.distance_mm())?;
         results.commit()?;
 
@@ -121,7 +120,7 @@ impl Demo {
             Scene::Tile { hollow_depth_mm, .. } => Some(hollow_depth_mm),
             _ => None,
         };
-        let surface = measure_surface(&folder, &folder.join("results"), talk);
+        let surface = measure_surface(&out, &out.join("results"), talk);
         let surface = surface.as_ref();
         let output = DemoOutput {
             folder: out.display().to_string(),
@@ -139,7 +138,7 @@ impl Demo {
                 describe(&measurement),
                 table(&report),
                 if found.is_empty() { "look at " } else { &found },
-                quoted(&folder.join("results/measured-and-truth.png")),
+                quoted(&out.join("results/measured-and-truth.png")),
             )
         })
     }

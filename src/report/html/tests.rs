@@ -92,7 +92,7 @@ impl Records {
                 "origin": {
                     "kind": "captured", "stage": HOSTILE, "camera": HOSTILE,
                     "configuration": {
-                        "format": "GREY", "columns": 8, "rows": 8, "controls": {(HOSTILE): 3}, "averaged": 1
+                        "format": "GREY", "columns": 8, "rows": 8, "exposure_us": 10000.0, "controls": {(HOSTILE): 3}, "averaged": 1
                     }
                 },
                 "rows": 8, "columns": 8, "bit_depth": 8, "frames": 3, "positions_mm": [0.0, 1.0, 2.0], "intrinsics": null
@@ -101,7 +101,10 @@ impl Records {
             events: [frame(0), retake, resumed, frame(1)].map(from).to_vec(),
             stop: from(json!({
                 "format": 2, "exit_status": "not-closed", "frames": 2, "reason": HOSTILE, "stopped": "t",
-                "closure": {"home_shift_mm": -0.5}
+                "closure": {
+                    "home_shift_mm": -0.5,
+                    "comparison": {"frame": 0, "x_px": 2e-7, "y_px": -0.00123, "sigma_px": 7.8e-5, "light": 1.0}
+                }
             })),
             matched: from(json!({
                 "format": 3, "program": "epirig 0", "sequence_uid": "uid-1", "scan_ended": "not-closed", "positions": "stage",
@@ -266,6 +269,20 @@ fn the_verdict_names_depth_interval_and_a_scan_that_is_not_closed() {
     for sentence in ["positions are wrong", "uid-1", "ab12", "0.0008", "disparity_step_px 0.5"] {
         assert!(text.contains(sentence), "{sentence}: {text}");
     }
+}
+
+#[test]
+fn numbers_end_where_their_uncertainty_ends() {
+    let html = Records::new().report().html().unwrap();
+    let text = read(&html);
+    let moved = "moved along x by 0 px, standard uncertainty 0.000078 px; along y by \u{2212}0.001230 px, standard \
+                 uncertainty 0.000078 px; light 100.0 % of before";
+    for wanted in [moved, "home found again at \u{2212}0.50 mm", "exposure 10.0 ms"] {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
+    // The sign between a value and its uncertainty stands for 95 % coverage alone.
+    assert_eq!(text.matches('\u{b1}').count(), 6, "{text}");
+    assert!(html.contains("@top-left { content: \"Surface report\\3a "), "{html}");
 }
 
 #[test]
