@@ -27,7 +27,7 @@ measures() {
   [ "$version" = "epirig $expected" ] || fail "it says that it is \"$version\", and its file's name epirig $expected"
   env -i /usr/sbin/chroot "$root" "$@" demo --size 128 --frames 11 --out /demo
   for result in disparity.png height_mm.tiff match.json; do
-    [ -s "$root/demo/sequence/results/$result" ] || fail "the measurement left no $result"
+    [ -s "$root/demo/results/$result" ] || fail "the measurement left no $result"
   done
   rm -r "$root/demo"
 }

@@ -39,6 +39,7 @@ pub mod capture;
 pub mod cli;
 pub mod doctor;
 pub mod memory;
+mod number;
 pub mod panel;
 pub mod pipeline;
 pub mod profile;

@@ -13,10 +13,10 @@ use super::{CliError, Talk};
 use crate::pipeline::{
     CompareSummary, MeasuredScan, OpenedResults, compare_scans, open_results, surface_need,
 };
-use crate::results::{ResultsFolder, ResultsKind};
+use crate::results::{ResultsFolder, ResultsKind, scale_in_words};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::TrendKind;
+use epirig_matcher::surface::{ScaleSigma, TrendKind};
 
 /// Places that are printed; places.csv has all.
 const PRINTED_PLACES: usize = 5;
@@ -115,7 +115,7 @@ fn describe(summary: &CompareSummary) -> String {
         "the pictures are too small, or have too little texture, for a turn".to_owned()
     };
     let mut text = format!(
-        "moved              {:.3}, {:.3} px ({:.3}, {:.3} mm) +- {:.4} px; {form}\n\
+        "moved              {:.3}, {:.3} px ({:.3}, {:.3} mm), sigma {:.4} px; {form}\n\
          removed            {}: offset {:.4} mm, tilt {:.4} deg along x, {:.4} deg along y\n\
          compared           {} px\n\
          difference         mean {:.4} mm, median {:.4} mm, scatter {:.4} mm (expected {:.4} mm)\n\
@@ -138,6 +138,7 @@ fn describe(summary: &CompareSummary) -> String {
         100.0 * difference.within_1_sigma,
         100.0 * difference.within_2_sigma,
     );
+    text.push_str(&format!("scale              {}\n", scale(summary.scale_sigma)));
     if places.is_empty() {
         text.push_str("significant        nowhere\n");
     }
@@ -152,4 +153,11 @@ fn describe(summary: &CompareSummary) -> String {
         text.push_str(&format!("{:<19}and {} more in places.csv\n", "", places.len() - PRINTED_PLACES));
     }
     text
+}
+
+/// What an error of the scales does to the difference.
+fn scale(sigmas: [ScaleSigma; 2]) -> String {
+    let [first, second] = sigmas.map(scale_in_words);
+    let known = if first == second { first } else { format!("{first} in A; {second} in B") };
+    format!("{known}; not in sigma: an error that A and B share changes all differences by the same share")
 }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::conclusion::conclusion;
 use super::evaluate::table;
 use super::matching::describe;
 use super::need::{close_others, refuse_more_than_there_is};
@@ -45,7 +44,7 @@ enum SceneName {
   epirig demo --size 512 --noise 1 --out noisy-tile"
 )]
 pub(super) struct Demo {
-    /// Folder for the sequence and the results [default: epirig-demo, or the first free name of
+    /// Folder of the new sequence and its results [default: epirig-demo, or the first free name of
     /// epirig-demo-2, ...]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -89,24 +88,23 @@ impl Demo {
             simulator.config().scan.frames,
             quoted(&out)
         ));
-        let folder = out.join("sequence");
         // The truth serves the comparison below only; the pipeline runs as for any rig.
         // The middle frame, by number: its truth is needed before anything is matched.
         let reference = simulator.config().scan.frames / 2;
         let truth = simulator.truth(reference)?;
         let mut devices = Devices::of(&profile, None, talk)?;
         // The demo may use few pixels or much noise, so the checks before a scan do not stop it.
-        examine_shortly(&mut devices, &profile, &folder, talk)?;
+        examine_shortly(&mut devices, &profile, &out, talk)?;
         let measured = measure_object(
             devices,
             &profile,
             &MatchOptions { reference: ReferenceFrame::Index(reference), ..MatchOptions::default() },
-            &folder,
+            &out,
             Some(&truth.disparity),
             talk,
         )?;
         let Measured { measurement, results, .. } = measured;
-        write_truth(&folder.join("truth"), &truth)?;
+        write_truth(&out.join("truth"), &truth)?;
         write_comparison(&results, &measurement, &truth, simulator.config().scene.distance_mm())?;
         results.commit()?;
 
@@ -122,7 +120,7 @@ impl Demo {
             Scene::Tile { hollow_depth_mm, .. } => Some(hollow_depth_mm),
             _ => None,
         };
-        let surface = measure_surface(&folder, &folder.join("results"), talk);
+        let surface = measure_surface(&out, &out.join("results"), talk);
         let surface = surface.as_ref();
         let output = DemoOutput {
             folder: out.display().to_string(),
@@ -133,14 +131,14 @@ impl Demo {
         };
         talk.result(&output, || {
             let found = surface.map_or(String::new(), |(surface, page)| {
-                format!("{}\nlook at {}\n     and ", conclusion(surface, true_depth_mm), quoted(page))
+                format!("{}\nlook at {}\n     and ", surface.conclusion.sentence, quoted(page))
             });
             format!(
                 "{}\n{}\n{}{}  (measured beside the truth)\n",
                 describe(&measurement),
                 table(&report),
                 if found.is_empty() { "look at " } else { &found },
-                quoted(&folder.join("results/measured-and-truth.png")),
+                quoted(&out.join("results/measured-and-truth.png")),
             )
         })
     }
@@ -192,12 +190,19 @@ impl Demo {
             }
         };
         let noise = ("sim.noise_dn", self.noise.to_string());
-        let overrides = settings.into_iter().chain([noise]).map(|(key, value)| Override {
+        // The simulated lens is exactly as stated.
+        let exact = ("optics.focal_length_sigma_percent", "0".to_owned());
+        let overrides = settings.into_iter().chain([noise, exact]).map(|(key, value)| Override {
             key: key.to_owned(),
             value,
             from: "demo".to_owned(),
         });
-        Ok(Profile::read(SIM, "the simulated rig", &overrides.collect::<Vec<_>>())?)
+        let mut profile = Profile::read(SIM, "the simulated rig", &overrides.collect::<Vec<_>>())?;
+        if matches!(self.scene, SceneName::CubeEdge) {
+            // The relief is that of the tile.
+            profile.target.relief_mm = None;
+        }
+        Ok(profile)
     }
 }
 

@@ -32,7 +32,7 @@ use epirig_matcher::evaluate::{
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:
-  epirig evaluate epirig-demo/sequence --truth epirig-demo/sequence/truth/disparity.pfm
+  epirig evaluate epirig-demo --truth epirig-demo/truth/disparity.pfm
   epirig evaluate seq --truth truth.pfm --mask object.png
   epirig evaluate seq --leave-out 5 --ordering-constraint off
   epirig evaluate seq --split-half

@@ -14,7 +14,7 @@ use super::{CliError, Talk};
 use crate::pipeline::{
     OpenedResults, answer_classes, matched_frame, open_results, surface_need, surface_points,
 };
-use crate::report::{MapPicture, ValueRange, Window, class_picture};
+use crate::report::{MapPicture, Millimetres, ValueRange, Window, class_picture};
 use crate::results::{ResultFiles, ResultsError, ResultsKind, encoded_picture, read_compare_facts};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat, Quantity};
@@ -64,7 +64,7 @@ impl MapName {
             Self::Height => ("Height", "mm", Quantity::LengthMm, 0.01),
             Self::HeightSigma => ("Standard uncertainty of the height", "mm", Quantity::LengthMm, 0.001),
             Self::HeightUsed => ("Height of the surface, with the form", "mm", Quantity::LengthMm, 0.01),
-            Self::HeightWithoutForm => ("Height after the form", "mm", Quantity::LengthMm, 0.01),
+            Self::HeightWithoutForm => ("Height after removal of the form", "mm", Quantity::LengthMm, 0.01),
             Self::HeightFiltered => ("Height between the cut-offs", "mm", Quantity::LengthMm, 0.01),
             Self::Difference => ("Second less first height", "mm", Quantity::LengthMm, 0.01),
             Self::DifferenceSigma => {
@@ -89,7 +89,7 @@ struct Found {
     map: Grid<f32>,
     /// What it was made of, for a title.
     source: String,
-    pixel_mm: Option<f64>,
+    millimetres: Option<Millimetres>,
     /// The sequence with its results; `None` for a comparison of two.
     of: Option<(Sequence, OpenedResults)>,
 }
@@ -197,9 +197,9 @@ impl Export {
         tell_results(&opened.matched, talk);
         let map = self.map_of(&sequence, &opened, &folder)?;
         check("exporting a map", surface_need(map.rows(), map.columns()), talk, close_others)?;
-        let pixel_mm = opened.heights.as_ref().map(Heights::pixel_mm);
+        let millimetres = opened.heights.as_ref().map(Millimetres::of);
         let source = format!("sequence {}", opened.matched.sequence_uid);
-        Ok(Found { map, source, pixel_mm, of: Some((sequence, opened)) })
+        Ok(Found { map, source, millimetres, of: Some((sequence, opened)) })
     }
 
     fn map_of(
@@ -271,7 +271,7 @@ impl Export {
         Ok(Found {
             map: ResultFiles::open(folder, kind)?.needed_map(name)?,
             source: format!("sequence {} less {}", facts.second_uid, facts.first_uid),
-            pixel_mm: Some(facts.pixel_mm),
+            millimetres: Some(Millimetres { pixel_mm: facts.pixel_mm, origin_px: facts.origin_px }),
             of: None,
         })
     }
@@ -281,7 +281,7 @@ impl Export {
         let About { title, unit, quantity, .. } = self.map.about();
         MapFacts {
             quantity,
-            pixel_mm: found.pixel_mm,
+            pixel_mm: found.millimetres.map(|millimetres| millimetres.pixel_mm),
             title: format!("{title} ({unit}), {}", found.source),
             taken: found.of.as_ref().map(|(sequence, _)| sequence.record().created.clone()),
         }
@@ -294,7 +294,7 @@ impl Export {
         if self.map == MapName::Mask {
             let (classes, window) = (answer_classes(), Window::whole(map.rows(), map.columns()));
             let values = map.map(|value| value as u8);
-            let picture = class_picture(&values, title, &classes, (&window, found.pixel_mm))?;
+            let picture = class_picture(&values, title, &classes, (&window, found.millimetres))?;
             return Ok(encoded_picture(&self.out, &picture)?);
         }
         let photograph = found.of.as_ref().and_then(|(sequence, opened)| {
@@ -303,7 +303,7 @@ impl Export {
         let range = ValueRange::of(map, least_span);
         let range = if self.map == MapName::Difference { range.around_zero() } else { range };
         let picture =
-            MapPicture::new(map, title, unit, range).in_mm(found.pixel_mm).beside(photograph.as_ref());
+            MapPicture::new(map, title, unit, range).in_mm(found.millimetres).beside(photograph.as_ref());
         let picture = match self.map {
             MapName::Difference => picture.diverging(),
             map if map.is_height() => picture.as_relief(),

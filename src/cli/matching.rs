@@ -271,7 +271,7 @@ pub(super) fn describe(measurement: &Measurement) -> String {
                 100.0 * locking.share_locked
             ),
             None => format!(
-                "pixel locking      not significant (amplitude {:.4} +- {:.4} px)\n",
+                "pixel locking      not significant (amplitude {:.4} px, sigma {:.4} px)\n",
                 locking.interpolation_px.first().copied().unwrap_or_default(),
                 locking.interpolation_sigma_px.first().copied().unwrap_or_default(),
             ),

@@ -7,7 +7,6 @@ mod choice;
 mod colours;
 mod compare;
 mod completions;
-mod conclusion;
 mod console;
 mod decode;
 mod demo;

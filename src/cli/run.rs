@@ -6,7 +6,6 @@ use clap::Args;
 use serde::Serialize;
 
 use super::calibrate::tell;
-use super::conclusion::conclusion;
 use super::doctor::{examine_rig, of, refuse_if_bad};
 use super::match_arguments::MatchArguments;
 use super::matching::{advise, describe};
@@ -98,9 +97,7 @@ impl Run {
         let output = RunOutput { captured: &captured, summary, surface: found.map(|(surface, _)| surface) };
         talk.result(&output, || {
             let picture = found.map_or_else(|| results.join("disparity.png"), |(_, report)| report.clone());
-            let surface = found.map_or(String::new(), |(surface, _)| {
-                format!("{}{}\n", describe_surface(surface), conclusion(surface, profile.target.relief_mm))
-            });
+            let surface = found.map_or(String::new(), |(surface, _)| describe_surface(surface));
             format!(
                 "{}{}{surface}look at {}\n",
                 captured.describe(),

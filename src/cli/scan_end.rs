@@ -19,7 +19,7 @@ pub(super) struct AnywayArgument {
 /// Reports how the scan of some results ended, if it was not complete.
 pub(super) fn tell_results(summary: &MatchSummary, talk: &Talk) {
     if summary.scan_ended != ExitStatus::Complete.name() {
-        talk.say(&format!("note: the scan of these results ended as {}", summary.scan_ended));
+        talk.say(&format!("note: the scan of these results is recorded as {}", summary.scan_ended));
     }
 }
 

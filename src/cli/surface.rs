@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::choice::choice;
-use super::conclusion::{conclusion, planned_mm};
 use super::need::{check, close_others};
 use super::region::{RegionArguments, four};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
+use crate::number::{ascii, fixed, plain, share, sigma, with_interval};
 use crate::pipeline::{
     MeasuredSurface, OpenedResults, PipelineError, SurfaceQuestions, half_frames, half_heights, halves_need,
     inspect_surface, open_results, steps_options, surface_need,
@@ -113,10 +113,7 @@ impl Surface {
             MeasuredSurface { sequence: &sequence, opened: &opened, heights, halves: halves.as_ref() };
         let summary = inspect_surface(measured, &questions, &folder)?;
         folder.commit()?;
-        let conclusion = conclusion(&summary, planned_mm(&sequence));
-        talk.result(&summary, || {
-            format!("{}{conclusion}\nlook at {}\n", describe(&summary), quoted(&out.join(REPORT)))
-        })
+        talk.result(&summary, || format!("{}look at {}\n", describe(&summary), quoted(&out.join(REPORT))))
     }
 }
 
@@ -203,12 +200,14 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
     Ok((summary, out.join(REPORT)))
 }
 
+/// The numbers of a surface, a line each, and at last what they say.
 pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let field = &summary.field;
+    let digits = |value: f64| ascii(&fixed(value, 4));
     let mut text = format!(
         "field              {:.1} % of {} heights; left out: {}{} uncertain, {} apart from it, {} at its rim, {} outliers (used.png)\n\
-         distance           {:.2} mm, a pixel is {:.4} mm wide\n\
-         trend              tilt {:.4} deg along x, {:.4} deg along y; bow {:.4} mm over the field\n",
+         distance           {}; a pixel is {:.4} mm wide\n\
+         trend              tilt {} deg along x, {} deg along y; bow {} mm over the field\n",
         100.0 * field.used_px as f64 / field.answered_px as f64,
         field.answered_px,
         match field.target_px {
@@ -219,32 +218,32 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         field.apart_px,
         field.rim_px,
         field.outlier_px,
-        summary.distance_mm,
+        distance(summary),
         summary.pixel_mm,
-        summary.tilt_deg.0,
-        summary.tilt_deg.1,
-        summary.bow_mm,
+        digits(summary.tilt_deg.0),
+        digits(summary.tilt_deg.1),
+        digits(summary.bow_mm),
     );
     if let Some(levels) = &summary.levels {
-        let depth = &levels.depth;
+        let depth_mm = levels.depth.depth_mm;
         let interval = match levels.budget.combined {
-            None => "interval unknown: too few independent parts".to_owned(),
-            Some(Combined { half_width_95_mm, coverage_factor, .. }) => {
-                format!("+- {half_width_95_mm:.4} mm (95 % coverage, k = {coverage_factor:.2})")
-            }
+            None => "; its interval is not known: too few independent parts".to_owned(),
+            Some(Combined { coverage_factor, .. }) => format!(" (95 % coverage, k = {coverage_factor:.2})"),
         };
+        let half_width_mm = levels.budget.combined.map(|combined| combined.half_width_95_mm);
         let what = if levels.raised { "standing on the lower level" } else { "hollow" };
         text.push_str(&format!(
-            "levels             two, {} part(s) {what}\ndepth              {:.4} mm, {interval}\n",
+            "levels             two, {} part(s) {what}\ndepth              {}{interval}\n",
             levels.parts.len(),
-            depth.depth_mm,
+            depth(depth_mm, half_width_mm),
         ));
         text.extend(levels.budget.contributions.iter().map(contribution));
         for wider in levels.by_margin.iter().filter(|wider| wider.margin_px > levels.margin_px) {
-            let interval = wider.half_width_95_mm.map_or(String::new(), |half| format!(" +- {half:.4} mm"));
             text.push_str(&format!(
-                "                   {:.4} mm{interval} from {} px on beside the walls instead of {}\n",
-                wider.depth_mm, wider.margin_px, levels.margin_px
+                "farther from walls {} (95 % by scatter alone): {} px beside them left out, not {}\n",
+                depth(wider.depth_mm, wider.half_width_95_mm),
+                wider.margin_px,
+                levels.margin_px
             ));
         }
         text.extend(levels.on_plateaus.iter().map(plateaus));
@@ -257,22 +256,41 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         }
         text.extend(levels.misfit().map(|words| format!("note               {words}\n")));
     }
-    if let Some(reason) = &summary.no_levels {
-        text.push_str(&format!("no step height     {reason}\n"));
-    }
     text.push_str(&roughness_line("field", &summary.roughness));
     let cutoff = |cutoff_mm: Option<f64>| cutoff_mm.map_or("none".to_owned(), |mm| format!("{mm} mm"));
     let Filters { s_filter_mm, l_filter_mm } = summary.filters;
-    text + &format!("cut-offs           S-filter {}, L-filter {}\n", cutoff(s_filter_mm), cutoff(l_filter_mm))
+    text + &format!(
+        "cut-offs           S-filter {}, L-filter {}\n{}\n",
+        cutoff(s_filter_mm),
+        cutoff(l_filter_mm),
+        summary.conclusion.sentence
+    )
 }
 
 fn plateaus(on: &DepthOnPlateaus) -> String {
     let DepthOnPlateaus { depth, width_px, .. } = on;
-    let interval = depth.half_width_95_mm.map_or(String::new(), |half| format!(" +- {half:.4} mm"));
     format!(
-        "by ISO 5436-1      {:.4} mm{interval} on the plateaus of parts {width_px:.0} px wide\n",
-        depth.depth_mm
+        "by ISO 5436-1      {} (95 % by scatter alone) on the plateaus of parts {width_px:.0} px wide\n",
+        self::depth(depth.depth_mm, depth.half_width_95_mm)
     )
+}
+
+/// A depth, with half the width of its interval if that is known.
+fn depth(depth_mm: f64, half_width_mm: Option<f64>) -> String {
+    ascii(&match half_width_mm {
+        Some(_) => with_interval(depth_mm, half_width_mm, "mm"),
+        None => plain(depth_mm, "mm"),
+    })
+}
+
+/// The distance to the last digit that the scale knows.
+fn distance(summary: &SurfaceSummary) -> String {
+    match summary.scale_sigma.together() * summary.distance_mm {
+        0.0 => format!("{:.2} mm", summary.distance_mm),
+        sigma_mm => {
+            format!("{:.2} mm, standard uncertainty {}", summary.distance_mm, sigma(sigma_mm, "mm"))
+        }
+    }
 }
 
 /// A line of the uncertainty budget.
@@ -281,8 +299,8 @@ fn contribution(part: &Contribution) -> String {
         Evaluation::A => "A",
         Evaluation::B => "B",
     };
-    let sigma = part.sigma_mm.map_or("not known".to_owned(), |mm| format!("{mm:.5} mm"));
-    let share = part.share.map_or(String::new(), |share| format!(", {:.0} %", 100.0 * share));
+    let sigma = part.sigma_mm.map_or("not known".to_owned(), |mm| sigma(mm, "mm"));
+    let share = part.share.map_or(String::new(), |part| format!(", {}", share(part)));
     format!("  u by {:<48} {sigma} (type {kind}{share})\n", part.name)
 }
 

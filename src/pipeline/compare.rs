@@ -4,7 +4,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::{OpenedResults, PipelineError, matched_frame, steps_options};
-use crate::report::{MapPicture, ReportError, ValueRange};
+use crate::report::{MapPicture, Millimetres, ReportError, ValueRange};
 use crate::results::{MaskFacts, Region, ResultsError, ResultsFolder, ResultsKind};
 use epirig_calibration::registration::{ShiftError, Similarity, similarity_between};
 use epirig_core::frame::{Frame, FrameError, Samples};
@@ -14,7 +14,7 @@ use epirig_data::sequence::Sequence;
 use epirig_matcher::comparison::{
     Comparison, ComparisonError, DifferenceStatistics, Place, Registration, compare,
 };
-use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
+use epirig_matcher::surface::{Heights, Rectangle, ScaleSigma, TrendKind};
 
 /// Samples of the frames that are registered: fine enough that rounding does not count.
 const BIT_DEPTH: u8 = 16;
@@ -93,6 +93,11 @@ pub struct CompareSummary {
     pub tilt_deg: (f64, f64),
     /// Width of a pixel of the first map, in mm.
     pub pixel_mm: f64,
+    /// Column and row of the first map where x and y are zero.
+    pub origin_px: (f64, f64),
+    /// Relative standard uncertainties of the scale of both scans. They are not in the sigma of the difference: what
+    /// both scans share changes each difference by its share, and makes none.
+    pub scale_sigma: [ScaleSigma; 2],
     /// Region of the first map, if one was given.
     pub region: Option<Rectangle>,
     /// Mask of the first map, if one was given.
@@ -149,7 +154,8 @@ pub fn compare_scans(
     });
     let heights = [first.heights, second.heights];
     let found = compare(heights, registration, trend, inside.as_ref(), margins_px)?;
-    let pixel_mm = first.heights.pixel_mm();
+    let millimetres = Millimetres::of(first.heights);
+    let Millimetres { pixel_mm, origin_px } = millimetres;
     let summary = CompareSummary {
         format: ResultsKind::Compare.format(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -161,12 +167,14 @@ pub fn compare_scans(
         offset_mm: found.trend.coefficients.first().copied().unwrap_or(0.0),
         tilt_deg: found.trend.tilt_deg(),
         pixel_mm,
+        origin_px,
+        scale_sigma: heights.map(|heights| heights.geometry.scale),
         region: region.rectangle,
         mask: region.mask.as_ref().map(|mask| mask.facts.clone()),
         difference: found.statistics,
         places: found.places.clone(),
     };
-    write(folder, &found, &summary, &photograph)?;
+    write(folder, &found, &summary, (&photograph, millimetres))?;
     Ok(summary)
 }
 
@@ -202,7 +210,7 @@ fn write(
     folder: &ResultsFolder,
     found: &Comparison,
     summary: &CompareSummary,
-    photograph: &Grid<f32>,
+    (photograph, millimetres): (&Grid<f32>, Millimetres),
 ) -> Result<(), CompareError> {
     let Comparison { difference_mm, sigma_mm, .. } = found;
     let between = format!("sequence {} less {}", summary.second_uid, summary.first_uid);
@@ -213,7 +221,7 @@ fn write(
     folder.write_map("difference_sigma_mm.tiff", sigma_mm, &facts)?;
     let range = ValueRange::of(difference_mm, 0.01).around_zero();
     let picture = |map, title, unit, range| {
-        MapPicture::new(map, title, unit, range).diverging().in_mm(Some(summary.pixel_mm))
+        MapPicture::new(map, title, unit, range).diverging().in_mm(Some(millimetres))
     };
     let difference = picture(difference_mm, "Second less first height", "mm", range);
     folder.write_picture("difference.png", &difference.beside(Some(photograph)).picture()?)?;

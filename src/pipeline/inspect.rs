@@ -1,16 +1,19 @@
 //! Analyses a surface, and writes files and pictures.
 
 use super::{OpenedResults, PipelineError};
-use crate::report::{Chart, MapPicture, Marks, Series, USED_CLASSES, ValueRange, Window, class_picture};
+use crate::report::{
+    Chart, MapPicture, Marks, Millimetres, Series, USED_CLASSES, ValueRange, Window, class_picture,
+};
 use crate::results::{
-    FieldSummary, LevelsSummary, MatchSettings, Region, ResultsFolder, ResultsKind, SurfaceSummary,
+    Conclusion, FieldSummary, LevelsSummary, MatchSettings, Region, ResultsFolder, ResultsKind,
+    SurfaceSummary,
 };
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
 use epirig_matcher::surface::{
-    Extent, Filters, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind,
-    find_extent, find_outliers, find_steps, fit_trend, profile,
+    Extent, Filters, Geometry, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError,
+    TrendKind, find_extent, find_outliers, find_steps, fit_trend, profile,
 };
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX};
 
@@ -112,14 +115,23 @@ pub fn analyse_surface(
     let outlier_px = leave_out(&outliers, &mut rest_mm, &mut extent);
     let pixel_mm = heights.pixel_mm();
     let filtered_mm = filters.any().then(|| filters.applied(&rest_mm, pixel_mm));
+    let (levels, no_levels) = match steps {
+        Ok(steps) => (Some(levels(steps, &rest_mm, heights, (&filters, halves.is_some()))), None),
+        Err(reason) => (None, Some(reason.to_string())),
+    };
+    let Geometry { principal_point_x_px, principal_point_y_px, scale, .. } = heights.geometry;
+    let found = levels.as_ref().ok_or(no_levels.as_deref().unwrap_or_default());
     let summary = SurfaceSummary {
         format: ResultsKind::Surface.format(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: matched.sequence_uid.clone(),
         matched_blake3: opened.files.record_hash().to_owned(),
+        conclusion: Conclusion::of(found, scale, opened.planned_mm),
         scan_ended: matched.scan_ended.clone(),
         distance_mm: heights.distance_mm,
         pixel_mm,
+        origin_px: (principal_point_x_px, principal_point_y_px),
+        scale_sigma: scale,
         field: FieldSummary {
             region: questions.region.rectangle,
             mask: questions.region.mask.as_ref().map(|mask| mask.facts.clone()),
@@ -133,8 +145,8 @@ pub fn analyse_surface(
         },
         tilt_deg: trend.tilt_deg(),
         bow_mm: trend.bow_mm(),
-        levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights, (&filters, halves.is_some()))),
-        no_levels: steps.err().map(ToString::to_string),
+        levels,
+        no_levels,
         filters,
         roughness: filters
             .roughness_behind(filtered_mm.as_ref().unwrap_or(&rest_mm), &heights.sigma_mm)
@@ -230,7 +242,7 @@ pub(super) fn write_answers(
     (taken, photograph): (&str, Option<&Grid<f32>>),
 ) -> Result<(), PipelineError> {
     let SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used } = answers;
-    let title = format!("Height after the trend in mm, sequence {}", summary.sequence_uid);
+    let title = format!("Height after removal of the form in mm, sequence {}", summary.sequence_uid);
     let facts = MapFacts { taken: Some(taken.to_owned()), ..MapFacts::lengths(summary.pixel_mm, title) };
     folder.write_map("height_mm.tiff", rest_mm, &facts)?;
     if let Some(filtered_mm) = filtered_mm {
@@ -243,12 +255,12 @@ pub(super) fn write_answers(
     if let Some(levels) = &summary.levels {
         folder.write("hollows.csv", parts_csv(levels));
     }
-    let pixel_mm = Some(summary.pixel_mm);
-    let picture = MapPicture::new(rest_mm, "Height after the trend", "mm", range);
-    let picture = picture.as_relief().in_mm(pixel_mm).beside(photograph);
+    let millimetres = Some(Millimetres::of(heights));
+    let picture = MapPicture::new(rest_mm, "Height after removal of the form", "mm", range);
+    let picture = picture.as_relief().in_mm(millimetres).beside(photograph);
     folder.write_picture("height.png", &picture.picture()?)?;
     let window = Window::whole(used.rows(), used.columns());
-    let pixels = class_picture(used, "Use of the pixels", &USED_CLASSES, (&window, pixel_mm))?;
+    let pixels = class_picture(used, "Use of the pixels", &USED_CLASSES, (&window, millimetres))?;
     folder.write_picture("pixels.png", &pixels)?;
     folder.write_picture("profile.png", &chart(profile, summary).picture()?)?;
     folder.write_grey("used.png", used)?;
@@ -313,7 +325,7 @@ pub(super) fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
     });
     let ((from_x, from_y), (to_x, to_y)) = (profile.line.from_px, profile.line.to_px);
     Chart {
-        title: format!("Height after the trend from ({from_x}, {from_y}) to ({to_x}, {to_y}) px"),
+        title: format!("Height after removal of the form from ({from_x}, {from_y}) to ({to_x}, {to_y}) px"),
         x_label: "distance (mm)".to_owned(),
         y_label: "height (mm)".to_owned(),
         // The range is wide enough that noise does not look like relief.

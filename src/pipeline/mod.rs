@@ -3,6 +3,7 @@
 mod calibration;
 mod classes;
 mod compare;
+mod geometry;
 mod halves;
 mod inspect;
 mod need;
@@ -22,8 +23,10 @@ use tracing::{info, info_span};
 
 pub use calibration::calibrate_sequence;
 
-use crate::calibrate::{CalibrateError, Calibration, LensSource, load_calibrated};
-use crate::report::{FigureRow, MapPicture, ReportError, ValueRange, Window, class_picture, paper_figures};
+use crate::calibrate::{CalibrateError, Calibration, load_calibrated};
+use crate::report::{
+    FigureRow, MapPicture, Millimetres, ReportError, ValueRange, Window, class_picture, paper_figures,
+};
 use crate::results::{MatchSummary, Region, ResultsError, ResultsFolder, ResultsMismatch, mask_value};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
@@ -33,11 +36,12 @@ use epirig_data::formats::{MapFacts, Quantity};
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
 use epirig_matcher::evaluate::SplitHalfError;
 use epirig_matcher::lines::Lines;
-use epirig_matcher::surface::{Geometry, Heights, ScaleSigma, SurfaceError, heights};
+use epirig_matcher::surface::{Heights, SurfaceError, heights};
 use epirig_matcher::{Answer, DisparityMaps, MatchError, MatchOptions, Matcher};
 
 pub use classes::answer_classes;
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
+pub use geometry::geometry;
 pub use halves::{half_frames, half_heights};
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
 pub use need::{
@@ -195,35 +199,6 @@ pub fn measure(
     Ok(Measurement { maps, heights, summary })
 }
 
-/// Lens and baseline: from the calibration, or as far as the sequence's records hold them.
-pub fn geometry(sequence: &Sequence, calibration: Option<&Calibration>) -> Option<Geometry> {
-    if let Some(calibration) = calibration {
-        let camera = calibration.mapping.camera;
-        let positions = &calibration.positions;
-        let baseline_mm = positions.baseline_mm?;
-        let point = (camera.principal_point_x_px, camera.principal_point_y_px);
-        let exact = Geometry::exact(camera.focal_length_px, baseline_mm, point);
-        let known = calibration.lens.source != LensSource::Unknown;
-        return known.then(|| exact.with_scale(scale_sigma(calibration)));
-    }
-    let positions = sequence.positions_mm()?;
-    let baseline_mm = positions.last()? - positions.first()?;
-    let intrinsics = sequence.record().intrinsics?;
-    let point = (intrinsics.principal_point_x_px, intrinsics.principal_point_y_px);
-    Some(Geometry::exact(intrinsics.focal_length_px, baseline_mm, point))
-}
-
-/// Relative standard uncertainties of focal length and baseline, as far as the calibration knows them.
-fn scale_sigma(calibration: &Calibration) -> ScaleSigma {
-    let relative = |sigma: f64, value: f64| (sigma > 0.0).then_some((sigma / value).abs());
-    let (lens, positions) = (&calibration.lens.estimate, &calibration.positions);
-    let baseline = positions.baseline_sigma_mm.zip(positions.baseline_mm);
-    ScaleSigma {
-        focal_length: relative(lens.sigma()[0], lens.lens.focal_length_x_px),
-        baseline: baseline.and_then(|(sigma_mm, baseline_mm)| relative(sigma_mm, baseline_mm)),
-    }
-}
-
 /// The picture of the heights, which is drawn as a relief.
 const HEIGHT: &str = "height.png";
 
@@ -238,6 +213,7 @@ fn write_maps(
     heights: Option<&Heights>,
 ) -> Result<(), PipelineError> {
     let pixel_mm = heights.map(Heights::pixel_mm);
+    let millimetres = heights.map(Millimetres::of);
     let DisparityMaps { disparity, sigma, cost, confidence, .. } = maps;
     let facts = |quantity: Quantity, title: &str| MapFacts {
         quantity,
@@ -266,14 +242,15 @@ fn write_maps(
         pictures.push((HEIGHT, height_mm, "Height", "mm", |height| ValueRange::of(height, 0.01)));
     }
     let draw = |&(name, map, title, unit, spread): &(&str, &Grid<f32>, &str, &str, Spread)| {
-        let picture = MapPicture::new(map, title, unit, spread(map)).in_mm(pixel_mm).beside(Some(photograph));
+        let picture =
+            MapPicture::new(map, title, unit, spread(map)).in_mm(millimetres).beside(Some(photograph));
         let picture = if name == HEIGHT { picture.as_relief() } else { picture };
         Ok(folder.write_picture(name, &picture.picture()?)?)
     };
     let draw_sigma = || -> Result<(), PipelineError> {
         // Sigma at borders is many times that of the surface, so the range is that of the surface.
         let range = ValueRange { low: 0.0, high: 3.0 * median_sigma_px.unwrap_or(1.0) as f32 };
-        let picture = MapPicture::new(sigma, "Sigma of the disparity", "px", range).in_mm(pixel_mm);
+        let picture = MapPicture::new(sigma, "Sigma of the disparity", "px", range).in_mm(millimetres);
         Ok(folder.write_picture("sigma.png", &picture.picture()?)?)
     };
     let draw_all = || {
@@ -286,7 +263,7 @@ fn write_maps(
     written?;
     let mask = maps.answer.map(mask_value);
     let whole = Window::whole(mask.rows(), mask.columns());
-    let answers = class_picture(&mask, "Answers of the matcher", &answer_classes(), (&whole, pixel_mm))?;
+    let answers = class_picture(&mask, "Answers of the matcher", &answer_classes(), (&whole, millimetres))?;
     folder.write_picture("answers.png", &answers)?;
     Ok(folder.write_mask("mask.png", &maps.answer)?)
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{PipelineError, geometry};
 use crate::calibrate::{Calibration, InputHashes, read_calibration};
+use crate::profile::Profile;
 use crate::results::{MatchSummary, ResultFiles, ResultsKind, ResultsMismatch, read_summary};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
@@ -27,6 +28,8 @@ pub struct OpenedResults {
     pub heights: Option<Heights>,
     /// Whether focal length and positions are known.
     pub has_geometry: bool,
+    /// Depth that the rig's profile plans (`target.relief`), in mm, if one is recorded with the sequence.
+    pub planned_mm: Option<f64>,
 }
 
 impl OpenedResults {
@@ -98,5 +101,7 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
         }
     }
     let has_geometry = geometry.is_some();
-    Ok(OpenedResults { files, matched, calibration, disparity, sigma, heights: found, has_geometry })
+    // The rig in records of another version may be unreadable; then nothing is compared.
+    let planned_mm = Profile::of_sequence(sequence).ok().flatten().and_then(|rig| rig.target.relief_mm);
+    Ok(OpenedResults { files, matched, calibration, disparity, sigma, heights: found, has_geometry, planned_mm })
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::PipelineError;
+use super::geometry::calibrated_scale;
 use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, load_calibrated};
 use epirig_calibration::photometry::Maps;
 use epirig_core::frame::{Frame, Samples};
@@ -32,6 +33,7 @@ pub fn rectify_sequence(
     let volume = load_calibrated(sequence, calibration, maps, progress)?;
     let dn_per_sample = volume.dn_per_count();
     let camera = calibration.mapping.camera;
+    let scale = calibrated_scale(calibration);
     let derived = Derived {
         origin: Origin::Rectified {
             folder: sequence.folder().display().to_string(),
@@ -39,6 +41,8 @@ pub fn rectify_sequence(
             calibration: calibration.hash(),
             dn_per_sample: f64::from(dn_per_sample),
             original_bit_depth: volume.bit_depth(),
+            focal_length_sigma: scale.focal_length,
+            baseline_sigma: scale.baseline,
         },
         rows: volume.rows(),
         columns: volume.columns(),

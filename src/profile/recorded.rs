@@ -74,6 +74,7 @@ impl Profile {
             ("plan.dark", plan.dark <= 1000),
             ("plan.flat", plan.flat <= 1000),
             ("plan.board", plan.board <= 1000),
+            ("optics.focal_length_sigma", (0.0..=1.0).contains(&profile.optics.focal_length_sigma)),
             ("limits.retakes", profile.limits.retakes <= 100),
             ("board or target.print", corners.iter().all(|count| (2..=1000).contains(count))),
             ("camera.size", size.is_some()),

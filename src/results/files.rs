@@ -45,6 +45,8 @@ pub struct CompareFacts {
     pub second_uid: String,
     /// Width of a pixel, in mm.
     pub pixel_mm: f64,
+    /// Column and row where x and y are zero.
+    pub origin_px: (f64, f64),
 }
 
 /// What `compare.json` in `folder` tells of its maps.

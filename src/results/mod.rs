@@ -1,5 +1,6 @@
 //! The folder of results, written as a whole or not at all.
 
+mod conclusion;
 mod error;
 mod files;
 mod kind;
@@ -13,6 +14,7 @@ mod writer;
 
 use serde::{Deserialize, Serialize};
 
+pub use conclusion::{Conclusion, scale_in_words};
 pub use error::ResultsError;
 pub use files::{CompareFacts, ResultFiles, read_compare_facts};
 pub use kind::ResultsKind;

@@ -2,15 +2,15 @@
 
 use serde::Serialize;
 
-use super::MaskFacts;
+use super::{Conclusion, MaskFacts};
 use epirig_matcher::surface::{
-    Budget, Depth, DepthAtMargin, DepthOnPlateaus, Filters, Part, Rectangle, Roughness, Trend,
+    Budget, Depth, DepthAtMargin, DepthOnPlateaus, Filters, Part, Rectangle, Roughness, ScaleSigma, Trend,
 };
 
 /// Contents of `surface.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SurfaceSummary {
-    /// Version of the format.
+    /// Version of the record, that of [`ResultsKind::Surface`](super::ResultsKind).
     pub format: u32,
     /// Version of the program.
     pub program: String,
@@ -18,12 +18,19 @@ pub struct SurfaceSummary {
     pub sequence_uid: String,
     /// Hash of the `match.json` of the results whose heights these are.
     pub matched_blake3: String,
+    /// The answer in words.
+    pub conclusion: Conclusion,
     /// How the scan had ended when it was matched, as in `match.json`.
     pub scan_ended: String,
     /// Distance that is the zero of heights, in mm.
     pub distance_mm: f64,
     /// Width of a pixel at that distance, in mm.
     pub pixel_mm: f64,
+    /// Column and row where x and y in mm are zero: those of the principal point.
+    pub origin_px: (f64, f64),
+    /// Relative standard uncertainties of the scale. All lengths along the optical axis share both of them; those along
+    /// the picture share that of the baseline alone, because Z / f = b / |d|.
+    pub scale_sigma: ScaleSigma,
     /// The heights that were used.
     pub field: FieldSummary,
     /// Form that was removed from the heights: that of the upper level if there are two, else of the whole

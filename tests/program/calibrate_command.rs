@@ -343,7 +343,11 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
 
     let calibration = record(&path.join("seq"));
     let rectified = Sequence::open(&path.join("rectified")).unwrap();
-    let Origin::Rectified { sequence_uid, dn_per_sample, .. } = &rectified.record().origin else { panic!() };
+    let Origin::Rectified { sequence_uid, dn_per_sample, focal_length_sigma, .. } =
+        &rectified.record().origin
+    else {
+        panic!()
+    };
     assert_eq!(sequence_uid, calibration["sequence_uid"].as_str().unwrap());
     // 256 DN are 32768.
     assert_eq!((*dn_per_sample, rectified.record().bit_depth), (1.0 / 128.0, 16));
@@ -353,6 +357,13 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     }
     let intrinsics = rectified.record().intrinsics.unwrap();
     assert_eq!(intrinsics.focal_length_px, number(&calibration["mapping"]["camera"]["focal_length_px"]));
+    // Its heights are known no better than those of the frames that it was made of.
+    let lens = &calibration["lens"]["estimate"];
+    let relative = number(&lens["covariance"][0][0]).sqrt() / number(&lens["lens"]["focal_length_x_px"]);
+    assert!(
+        focal_length_sigma.is_some_and(|sigma| (sigma / relative - 1.0).abs() < 1e-12),
+        "{focal_length_sigma:?}"
+    );
 
     let [first, second] = ["calibrated", "again"].map(|name| map(&path.join(name).join("disparity.tiff")));
     let sigma = map(&path.join("calibrated/sigma.tiff"));

@@ -22,15 +22,15 @@ fn the_demo_measures_what_it_simulates() {
         "disparity.png",
         "figures/6-disparity-along-row.csv",
     ] {
-        assert!(folder.path().join("demo/sequence/results").join(file).exists(), "{file}");
+        assert!(folder.path().join("demo/results").join(file).exists(), "{file}");
     }
-    succeeds(folder.path(), &["verify", "demo/sequence"]);
-    let truth = "demo/sequence/truth/disparity.pfm";
-    let again = succeeds(folder.path(), &["evaluate", "demo/sequence", "--truth", truth, "--json"]);
+    succeeds(folder.path(), &["verify", "demo"]);
+    let truth = "demo/truth/disparity.pfm";
+    let again = succeeds(folder.path(), &["evaluate", "demo", "--truth", truth, "--json"]);
     let again: serde_json::Value = serde_json::from_str(&again).unwrap();
     assert_eq!(again["truth"]["all"]["answered"], output["truth"]["all"]["answered"]);
     // A second demo finds a folder of its own.
-    fails(folder.path(), &arguments, 2, &["demo/sequence", "another folder"]);
+    fails(folder.path(), &arguments, 2, &["demo", "another folder"]);
 }
 
 #[test]

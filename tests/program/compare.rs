@@ -100,7 +100,7 @@ fn a_hollow_that_grew_is_found_in_an_object_that_moved() {
     let again =
         ["compare", "before/results", "after", "--out", "change", "--overwrite", "--trend", "constant"];
     let text = succeeds(folder, &again);
-    for words in ["moved  ", "constant: offset", "within 2 sigma", "place(s)", "difference.png"] {
+    for words in ["moved  ", "constant: offset", "within 2 sigma", "scale  ", "place(s)", "difference.png"] {
         assert!(text.contains(words), "{words}: {text}");
     }
     let names = crate::support::names(&folder.join("change"));

@@ -28,6 +28,7 @@ mod promises;
 mod real_frames;
 mod report;
 mod rig_profiles;
+mod scale;
 #[path = "../support/scans.rs"]
 mod scans;
 mod screens;

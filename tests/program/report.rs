@@ -84,9 +84,9 @@ fn the_report_tells_the_depth_and_needs_nothing_from_outside() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     succeeds(folder, &["-q", "demo", "--size", "512", "--frames", "21", "--out", "demo"]);
-    let text = succeeds(folder, &["surface", "demo/sequence", "--json", "--overwrite"]);
+    let text = succeeds(folder, &["surface", "demo", "--json", "--overwrite"]);
     let found: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let html = report(folder, "demo/sequence");
+    let html = report(folder, "demo");
     let text = check_page(&html);
     // The numbers of --json, to their last digit and as a person reads them.
     let number = |path: &str| found.pointer(path).and_then(serde_json::Value::as_f64);
@@ -101,18 +101,24 @@ fn the_report_tells_the_depth_and_needs_nothing_from_outside() {
             assert!(text.contains(&format!("No step height: {reason}")), "{text}");
         }
     }
+    // The lens of the demo is exactly as stated.
+    assert_eq!(found["scale_sigma"]["focal_length"], 0.0);
+    assert!(text.contains("Scale: focal length and baseline taken as exact."), "{text}");
     let uid = found["sequence_uid"].as_str().unwrap();
-    let hash = blake3::hash(&fs::read(folder.join("demo/sequence/results/disparity.tiff")).unwrap());
+    let hash = blake3::hash(&fs::read(folder.join("demo/results/disparity.tiff")).unwrap());
     assert!(text.contains(uid) && text.contains(&*hash.to_hex()));
-    assert!(text.contains("The scan ended as complete") && text.contains("No frame was taken again."));
+    assert!(
+        text.contains("The scan is complete: all 21 planned frames are there.")
+            && text.contains("No frame was taken again.")
+    );
     assert!(html.len() < 5_000_000, "{}", html.len());
 
-    fails(folder, &["surface", "demo/sequence"], 2, &["--overwrite"]);
-    let said = succeeds(folder, &["surface", "demo/sequence", "--trend", "plane", "--overwrite"]);
+    fails(folder, &["surface", "demo"], 2, &["--overwrite"]);
+    let said = succeeds(folder, &["surface", "demo", "--trend", "plane", "--overwrite"]);
     assert!(said.contains("report.html"), "{said}");
-    assert!(check_page(&report(folder, "demo/sequence")).contains("form plane"));
-    succeeds(folder, &["-q", "match", "demo/sequence", "--overwrite"]);
-    assert!(!names(&folder.join("demo/sequence/results")).contains(&"surface".to_owned()));
+    assert!(check_page(&report(folder, "demo")).contains("form plane"));
+    succeeds(folder, &["-q", "match", "demo", "--overwrite"]);
+    assert!(!names(&folder.join("demo/results")).contains(&"surface".to_owned()));
 }
 
 /// Letters that mean something in HTML, in the name of a folder.
@@ -123,7 +129,7 @@ fn a_hostile_name_stays_text() {
     let folder = folder.path();
     let name = "<img src=x onerror=alert(1)>&\"'";
     succeeds(folder, &["-q", "demo", "--size", "256", "--frames", "9", "--out", "demo"]);
-    fs::rename(folder.join("demo/sequence"), folder.join(name)).unwrap();
+    fs::rename(folder.join("demo"), folder.join(name)).unwrap();
     succeeds(folder, &["-q", "surface", name, "--overwrite"]);
     let html = report(folder, name);
     assert!(check_page(&html).contains("&lt;img src=x onerror=alert(1)&gt;&amp;&quot;&#39;"));
@@ -137,6 +143,9 @@ fn a_run_ends_with_a_report() {
     let text = succeeds(folder, &[&["run", "--out", "tile", "--json"][..], &small].concat());
     let found: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert!(found["surface"]["roughness"]["sq_mm"].as_f64().is_some(), "{text}");
+    // The profile of the simulated rig states no uncertainty of its lens, so it is that of a data sheet.
+    let scale = serde_json::json!({"focal_length": 0.02, "baseline": null});
+    assert_eq!(found["surface"]["scale_sigma"], scale);
     check_page(&report(folder, "tile"));
     // They are the results of `surface`.
     fails(folder, &["surface", "tile"], 2, &["--overwrite"]);

@@ -99,9 +99,9 @@ fn results_fit_into_80_and_120_columns() {
     succeeds(folder, &["-q", "demo", "--size", "256", "--frames", "21", "--out", "d"]);
     let verbs: [&[&str]; 5] = [
         &["plan", "--rig", "sim"],
-        &["match", "d/sequence", "--overwrite"],
-        &["surface", "d/sequence", "--overwrite"],
-        &["evaluate", "d/sequence", "--truth", "d/sequence/truth/disparity.pfm"],
+        &["match", "d", "--overwrite"],
+        &["surface", "d", "--overwrite"],
+        &["evaluate", "d", "--truth", "d/truth/disparity.pfm"],
         &["doctor", "--rig", "sim", "--short", "--set", "camera.size=256x256"],
     ];
     for columns in [80, 120] {
@@ -130,5 +130,5 @@ fn errors_are_red_and_break_between_words() {
 fn printed_paths_can_be_pasted() {
     let folder = tempfile::tempdir().unwrap();
     let said = succeeds(folder.path(), &["demo", "--size", "64", "--frames", "11", "--out", "my tile"]);
-    assert!(said.contains("'my tile/sequence/results/measured-and-truth.png'"), "{said}");
+    assert!(said.contains("'my tile/results/measured-and-truth.png'"), "{said}");
 }

@@ -130,8 +130,18 @@ export interface Roughness {
   pixels: number;
 }
 
+/** The answer, as terminal and report give it. */
+export interface Conclusion {
+  sentence: string;
+  /** `null` if nothing is planned. */
+  planned_mm: number | null;
+  /** `null` if nothing is planned or measured. */
+  as_planned: boolean | null;
+}
+
 /** `surface.json`, as far as the page reads it. */
 export interface SurfaceSummary {
+  conclusion: Conclusion;
   distance_mm: number;
   pixel_mm: number;
   field?: { answered_px: number; used_px: number; mask?: { file: string; inside_px: number } | null };

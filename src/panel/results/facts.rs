@@ -138,7 +138,9 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
 /// The answers of `epirig surface`, if they are there.
 fn surface(view: &ResultsView) -> Option<Value> {
     let record = view.surface.as_ref()?.bytes(ResultsKind::Surface.summary()).ok()??;
-    serde_json::from_slice(&record).ok()
+    // Answers of another version are asked for anew.
+    let format = ResultsKind::Surface.format();
+    serde_json::from_slice(&record).ok().filter(|answers: &Value| answers["format"] == format)
 }
 
 fn origin(origin: &Origin) -> String {

@@ -61,7 +61,7 @@ pub(in crate::profile) mod optics {
             "focal_length_sigma",
             measure(PERCENT, Allowed::UpTo(100.0)),
             "0.5 %",
-            "Relative standard uncertainty of the focal length; limits how far calibration changes it",
+            "Relative standard uncertainty of the focal length; part of the interval of a depth, and limits how far calibration changes it",
         )
         .or("2 %"),
         SENSOR_WIDTH = key(

@@ -2,9 +2,9 @@
 
 use super::contents::{CalibrationPart, Report};
 use super::markup::{Markup, element, joined, list, pairs, paragraph, table};
-use super::number::{fixed, percent, sigma, significant, with_sigma};
 use super::picture::Picture;
 use crate::calibrate::{Calibration, PositionSource, PositionsRecord, StageAxisRecord};
+use crate::number::{fixed, percent, sigma, significant, with_sigma};
 use epirig_calibration::photometry::{DarkModel, DarkRecord, FlatField, FlatModel, FrameGains, Outcome};
 
 pub(super) fn calibration(report: &Report<'_>) -> Markup {

@@ -2,9 +2,9 @@
 
 use super::contents::Report;
 use super::markup::{Markup, data, inline, joined, pairs, paragraph, with};
-use super::number::{fixed, moment, percent, plain, sigma, with_sigma};
 use crate::calibrate::LensSource;
-use crate::results::LevelsSummary;
+use crate::number::{fixed, moment, plain, share, sigma, significant, with_interval, with_sigma};
+use crate::results::{SurfaceSummary, scale_in_words};
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::{CameraRecord, Event, Origin};
 
@@ -16,25 +16,17 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
         moment(&report.scan.record.created),
         moment(&report.made)
     );
-    let answer = match &report.surface.levels {
-        Some(levels) => depth_in_words(levels),
-        None => {
-            let reason = report.surface.no_levels.as_deref().unwrap_or("the reason is not recorded");
-            joined(["No step height: ".into(), inline("small", &[], reason)])
-        }
-    };
-    joined([with("p", &[("class", "verdict")], answer), ended(report), paragraph(when)])
+    let conclusion = &report.surface.conclusion;
+    let class = if conclusion.as_planned == Some(false) { "verdict unplanned" } else { "verdict" };
+    let sentence = with("p", &[("class", class)], typographic(&conclusion.sentence));
+    joined([sentence, ended(report), paragraph(when)])
 }
 
-fn depth_in_words(levels: &LevelsSummary) -> Markup {
-    let (depth, combined) = (&levels.depth, levels.budget.combined.as_ref());
-    let what = if levels.raised { "Height of the raised parts " } else { "Depth of the hollows " };
-    let how = match combined {
-        Some(combined) => format!("(95 % coverage, k = {})", fixed(combined.coverage_factor, 2)),
-        None => "(too few independent parts)".to_owned(),
-    };
-    let value = with_sigma(depth.depth_mm, combined.map(|combined| combined.half_width_95_mm), "mm");
-    joined([what.into(), data(depth.depth_mm, value), " ".into(), inline("small", &[], how)])
+/// A sentence of a terminal as a sentence on paper.
+fn typographic(sentence: &str) -> String {
+    let mut letters = sentence.replace("+-", "\u{b1}").chars().collect::<Vec<_>>();
+    letters.iter_mut().take(1).for_each(|first| first.make_ascii_uppercase());
+    letters.into_iter().chain(['.']).collect()
 }
 
 /// How the scan ended, in red words if not well.
@@ -42,22 +34,49 @@ fn ended(report: &Report<'_>) -> Markup {
     let (how, words) = (&report.matched.scan_ended, &report.scan.end_in_words);
     match words {
         Some(words) => {
-            let warning = format!("Warning: {words} (the scan ended as {how})");
+            let warning = format!("Warning: {words} (recorded as {how})");
             with("p", &[("class", "bad"), ("role", "note")], inline("strong", &[], warning))
         }
         None => paragraph(format!(
-            "The scan ended as {how}: all {} planned frames are there.",
+            "The scan is {how}: all {} planned frames are there.",
             report.scan.record.frames
         )),
     }
 }
 
-pub(super) fn facts(report: &Report<'_>) -> Markup {
+pub(super) fn facts(report: &Report<'_>, height: Markup) -> Markup {
     joined([
+        height,
+        pairs("Result", result(report)),
         pairs("What was measured", object(report)),
         pairs("With what", rig(report)),
         pairs("How good", quality(report)),
     ])
+}
+
+fn result(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
+    let surface = report.surface;
+    let mut rows: Vec<(&str, Markup)> = Vec::new();
+    if let Some(levels) = &surface.levels {
+        let (depth_mm, combined) = (levels.depth.depth_mm, levels.budget.combined.as_ref());
+        let interval = with_interval(depth_mm, combined.map(|sum| sum.half_width_95_mm), "mm");
+        let how = match combined {
+            Some(sum) => format!(" (95 % coverage, k = {})", fixed(sum.coverage_factor, 2)),
+            None => " (too few independent parts)".to_owned(),
+        };
+        let what = if levels.raised { "height of the raised parts" } else { "depth of the hollows" };
+        rows.push((what, joined([data(depth_mm, interval), how.into()])));
+    }
+    if let Some(planned_mm) = surface.conclusion.planned_mm {
+        let met = match surface.conclusion.as_planned {
+            Some(true) => ", within the interval",
+            Some(false) => ", outside of the interval",
+            None => "",
+        };
+        rows.push(("planned", format!("{planned_mm} mm{met}").into()));
+    }
+    rows.push(("scale", scale_in_words(surface.scale_sigma).into()));
+    rows
 }
 
 fn object(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
@@ -79,7 +98,7 @@ fn object(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
             )
             .into(),
         ),
-        ("distance", plain_fixed(surface.distance_mm, 2, "mm")),
+        ("distance", distance(surface).into()),
         (
             "field of view there",
             format!(
@@ -93,13 +112,16 @@ fn object(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
     ]
 }
 
-fn plain_fixed(value: f64, decimals: i32, unit: &str) -> Markup {
-    format!("{} {unit}", fixed(value, decimals)).into()
+fn distance(surface: &SurfaceSummary) -> String {
+    match surface.scale_sigma.together() * surface.distance_mm {
+        0.0 => format!("{} mm", fixed(surface.distance_mm, 2)),
+        sigma_mm => with_sigma(surface.distance_mm, Some(sigma_mm), "mm"),
+    }
 }
 
 fn rig(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
     let record = report.scan.record;
-    let mut rows: Vec<(&str, Markup)> = Vec::new();
+    let (mut rows, mut camera_settings): (Vec<(&str, Markup)>, Vec<_>) = Default::default();
     match &record.origin {
         Origin::Captured { stage, camera, configuration, simulator, .. } => {
             rows.push(("stage", stage.as_str().into()));
@@ -107,7 +129,7 @@ fn rig(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
             if simulator.is_some() {
                 rows.push(("simulated", "yes: no hardware was used".into()));
             }
-            rows.extend(configuration.iter().flat_map(camera_rows));
+            camera_settings = configuration.iter().flat_map(camera_rows).collect();
         }
         Origin::Imported { folder, conversions, findings, .. } => {
             rows.push(("images from", folder.as_str().into()));
@@ -125,7 +147,8 @@ fn rig(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
     let positions: Option<Vec<f64>> =
         report.scan.frames.iter().map(|frame| frame.reported_mm.or(frame.commanded_mm)).collect();
     let ends = positions.as_ref().and_then(|all| Some((*all.first()?, *all.last()?)));
-    let by_stage = ends.map(|(first, last)| format!("{} mm by the stage", fixed(last - first, 3)));
+    let by_stage =
+        ends.map(|(first, last)| format!("{} mm by the stage, taken as exact", fixed(last - first, 3)));
     let part = report.calibration.as_ref().map(|part| part.record);
     let measured = part.and_then(|found| {
         let baseline_mm = found.positions.baseline_mm?;
@@ -136,6 +159,7 @@ fn rig(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
     });
     rows.push(("baseline", measured.or(by_stage).unwrap_or_else(|| "not known".to_owned()).into()));
     rows.push(("focal length", focal_length(report).into()));
+    rows.extend(camera_settings);
     rows
 }
 
@@ -156,14 +180,23 @@ fn focal_length(report: &Report<'_>) -> String {
         };
     }
     match report.scan.record.intrinsics {
-        Some(lens) => format!("{} px, as stated, taken as exact", fixed(lens.focal_length_px, 2)),
+        Some(lens) => match report.surface.scale_sigma.focal_length.filter(|relative| *relative > 0.0) {
+            Some(relative) => {
+                let sigma_px = relative * lens.focal_length_px;
+                format!("{}, as stated", with_sigma(lens.focal_length_px, Some(sigma_px), "px"))
+            }
+            None => format!("{} px, as stated, taken as exact", fixed(lens.focal_length_px, 2)),
+        },
         None => "not known".to_owned(),
     }
 }
 
 fn camera_rows(camera: &CameraRecord) -> Vec<(&'static str, Markup)> {
     let rate = camera.rate_hz.map_or(String::new(), |rate| format!(", {} frames per second", fixed(rate, 1)));
-    let exposure = camera.exposure_us.map(|us| format!("{} us", fixed(us, 0)));
+    let exposure = camera.exposure_us.map(|us| match us >= 1000.0 {
+        true => format!("{} ms", significant(1e-3 * us, 3)),
+        false => format!("{} \u{b5}s", significant(us, 3)),
+    });
     let controls: Vec<String> =
         camera.controls.iter().map(|(name, value)| format!("{name} = {value}")).collect();
     let mut rows: Vec<(&str, Markup)> = vec![
@@ -172,7 +205,7 @@ fn camera_rows(camera: &CameraRecord) -> Vec<(&'static str, Markup)> {
         ("frames averaged to one", camera.averaged.to_string().into()),
     ];
     if !controls.is_empty() {
-        rows.push(("controls", controls.join(", ").into()));
+        rows.push(("controls of the camera", controls.join(", ").into()));
     }
     rows
 }
@@ -190,12 +223,12 @@ fn quality(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
     let sigma_mm = upper_median(&mut sigmas).map(f64::from);
     let retakes = report.scan.events.iter().filter(|event| matches!(event, Event::Retake(_))).count();
     let mut rows: Vec<(&str, Markup)> = vec![
-        ("pixels with an answer", percent(matched.answered).into()),
+        ("pixels with an answer", share(matched.answered).into()),
         (
             "heights used",
             format!(
                 "{} of {}; left out: {} of the target, {} uncertain, {} apart, {} at the rim, {} outliers",
-                percent(used),
+                share(used),
                 field.answered_px,
                 field.target_px,
                 field.uncertain_px,
@@ -214,7 +247,7 @@ fn quality(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
             true => format!(
                 "largest predicted bias {}; it matters for {} of the answered pixels",
                 sigma(locking.worst_bias_px, "px"),
-                percent(locking.share_locked)
+                share(locking.share_locked)
             ),
             false => "no bias is predicted".to_owned(),
         };

@@ -1,10 +1,10 @@
 //! The maps.
 
 use super::contents::Report;
-use super::markup::{Markup, joined, paragraph, table};
-use super::number::percent;
+use super::markup::{Markup, joined, paragraph, table, with};
 use super::picture::Picture;
-use crate::report::{MapPicture, ReportError, USED_CLASSES, ValueRange, Window, class_picture};
+use crate::number::share;
+use crate::report::{MapPicture, Millimetres, ReportError, USED_CLASSES, ValueRange, Window, class_picture};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 
@@ -15,38 +15,48 @@ const DISPARITY_SPAN_PX: f32 = 0.05;
 /// surface.
 const SIGMA_SPAN: f32 = 3.0;
 
-pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
+/// The picture of the heights, beside the reference frame.
+pub(super) fn height(report: &Report<'_>) -> Result<Markup, ReportError> {
     let maps = &report.maps;
-    let window = Window::around(maps.rest_mm);
-    let Window { columns, rows } = &window;
-    let place = format!(
-        "columns {} to {}, rows {} to {}",
-        columns.start,
-        columns.end.saturating_sub(1),
-        rows.start,
-        rows.end.saturating_sub(1)
-    );
-    let pixel_mm = Some(report.surface.pixel_mm);
-    let map = |map, title, unit, range| MapPicture::new(map, title, unit, range).in_mm(pixel_mm);
-    let reduced = |factor: usize| match factor {
-        1 => String::new(),
-        factor => format!(" A pixel of the picture is the mean of {factor} x {factor} pixels."),
-    };
-    let title = "Height after the form";
-    let heights = map(maps.rest_mm, title, "mm", ValueRange::of(maps.rest_mm, HEIGHT_SPAN_MM));
+    let Window { columns, rows } = Window::around(maps.rest_mm);
+    let title = "Height after removal of the form";
+    let range = ValueRange::of(maps.rest_mm, HEIGHT_SPAN_MM);
+    let heights = MapPicture::new(maps.rest_mm, title, "mm", range).in_mm(Some(millimetres(report)));
     let heights = heights.as_relief().beside(maps.matched_frame);
     let beside = if heights.has_photograph() { "Left: the reference frame. Right: height" } else { "Height" };
     let (height, factor) = Picture::map(heights, title)?;
-    let height = height.figure(
+    Ok(height.figure(
         "Map of the height after removal of the form, in colours from dark (low) to bright (high)",
         format!(
-            "{beside} after removal of the form, positive towards the camera: {place}, {:.4} mm for a pixel. Dark is \
-             low, bright is high; walls are shaded. Triangles at the scale mean that some heights lie beyond it. Grey \
-             pixels have no height or are not part of the field.{}",
+            "{beside} after removal of the form, positive towards the camera: columns {} to {}, rows {} to {}, {:.4} mm \
+             for a pixel. Dark is low, bright is high; walls are shaded. Triangles at the scale mean that some heights lie \
+             beyond it. Grey pixels have no height or are not part of the field.{}",
+            columns.start,
+            columns.end.saturating_sub(1),
+            rows.start,
+            rows.end.saturating_sub(1),
             report.surface.pixel_mm,
             reduced(factor)
         ),
-    );
+    ))
+}
+
+fn millimetres(report: &Report<'_>) -> Millimetres {
+    Millimetres { pixel_mm: report.surface.pixel_mm, origin_px: report.surface.origin_px }
+}
+
+fn reduced(factor: usize) -> String {
+    match factor {
+        1 => String::new(),
+        factor => format!(" A pixel of the picture is the mean of {factor} x {factor} pixels."),
+    }
+}
+
+pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
+    let maps = &report.maps;
+    let window = Window::around(maps.rest_mm);
+    let millimetres = Some(self::millimetres(report));
+    let map = |map, title, unit, range| MapPicture::new(map, title, unit, range).in_mm(millimetres);
     let title = "Standard uncertainty of the height";
     let sigmas = map(maps.sigma_mm, title, "mm", range_of_sigmas(&window.of(maps.sigma_mm)));
     let (uncertainty, factor) = Picture::map(sigmas.within(window.clone()), title)?;
@@ -67,7 +77,7 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
         format!("Disparity over the whole baseline in the whole picture, as matched.{}", reduced(factor)),
     );
     let title = "Use of the pixels";
-    let used = class_picture(maps.used, title, &USED_CLASSES, (&window, pixel_mm))?;
+    let used = class_picture(maps.used, title, &USED_CLASSES, (&window, millimetres))?;
     let used = Picture::rgb(&used, title)?.figure(
         "Picture of the pixels that were used, in a colour for each use, with a legend",
         "Which heights were used. Walls: too near to a wall for the levels. Left out: uncertain, apart or at the rim.",
@@ -79,7 +89,8 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
         ),
         None => paragraph("The reference frame cannot be read now, so it is not shown."),
     };
-    Ok(joined([photograph, height, uncertainty, used, disparity, answers(report)]))
+    let beside = with("div", &[("class", "beside")], joined([photograph, uncertainty, used, disparity]));
+    Ok(joined([beside, answers(report)]))
 }
 
 fn range_of_sigmas(map: &Grid<f32>) -> ValueRange {
@@ -101,6 +112,6 @@ fn answers(report: &Report<'_>) -> Markup {
     table(
         "Pixels with and without an answer",
         &["answer", "share of all pixels"],
-        rows.map(|(name, share)| vec![name.into(), percent(share).into()]),
+        rows.map(|(name, part)| vec![name.into(), share(part).into()]),
     )
 }

@@ -49,6 +49,20 @@ impl Markup {
         Self(format!("<style>\n{sheet}</style>\n"))
     }
 
+    /// A style sheet that prints `text` at the head of each page. Letters that mean something in a style sheet or in HTML
+    /// stand as their numbers.
+    pub(super) fn running_head(text: &str) -> Self {
+        let escaped: String = text
+            .chars()
+            .map(|letter| match letter {
+                ' ' => letter.to_string(),
+                letter if letter.is_alphanumeric() => letter.to_string(),
+                letter => format!("\\{:x} ", u32::from(letter)),
+            })
+            .collect();
+        Self(format!("<style>\n@page {{ @top-left {{ content: \"{escaped}\"; }} }}\n</style>\n"))
+    }
+
     /// The whole document.
     pub(super) fn document(head: Self, body: Self) -> Self {
         Self(format!(
@@ -175,6 +189,13 @@ mod tests {
         let attribute = inline("img", &[("alt", "\" onerror=\"x")], "").into_string();
         assert_eq!(attribute, "<img alt=\"&quot; onerror=&quot;x\"></img>");
         assert_eq!(element("p", Markup::from("a<b")).into_string(), "<p>a&lt;b</p>\n");
+    }
+
+    #[test]
+    fn a_running_head_cannot_end_its_style() {
+        let head = Markup::running_head("a\"; } </style><script> \\").into_string();
+        let wanted = "content: \"a\\22 \\3b  \\7d  \\3c \\2f style\\3e \\3c script\\3e  \\5c \"; }";
+        assert!(head.contains(wanted), "{head}");
     }
 
     #[test]

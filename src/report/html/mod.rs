@@ -8,7 +8,6 @@ mod contents;
 mod facts;
 mod maps;
 mod markup;
-mod number;
 mod picture;
 mod profile;
 mod scan;
@@ -39,9 +38,14 @@ impl Report<'_> {
             void("meta", &[("name", "generator"), ("content", &self.surface.program)]),
             element("title", title.as_str()),
             Markup::style(include_str!("style.css")),
+            Markup::running_head(&title),
         ]);
         let sections = [
-            ("facts", "What was measured, with what, how good", facts::facts(self)),
+            (
+                "facts",
+                "Result: what was measured, with what, how good",
+                facts::facts(self, maps::height(self)?),
+            ),
             ("maps", "Maps", maps::maps(self)?),
             ("profile", "Profile", profile::profile(self)?),
             ("steps", "Step heights and their uncertainty", steps::steps(self)),

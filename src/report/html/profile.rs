@@ -2,8 +2,8 @@
 
 use super::contents::Report;
 use super::markup::{Markup, joined, paragraph};
-use super::number::fixed;
 use super::picture::Picture;
+use crate::number::fixed;
 use crate::report::ReportError;
 
 pub(super) fn profile(report: &Report<'_>) -> Result<Markup, ReportError> {

@@ -2,8 +2,8 @@
 
 use super::contents::Report;
 use super::markup::{Markup, element, joined, pairs, paragraph, table};
-use super::number::{fixed, moment, percent, plain, with_sigma};
 use super::picture::Picture;
+use crate::number::{fixed, moment, percent, plain, sigma, with_sigma};
 use crate::report::{Chart, ReportError, Series};
 use epirig_data::sequence::{ClosureRecord, ComparisonRecord, Event, ResumedRecord, TimesRecord};
 
@@ -21,7 +21,7 @@ pub(super) fn scan(report: &Report<'_>) -> Result<Markup, ReportError> {
 }
 
 fn end(report: &Report<'_>) -> Markup {
-    let mut rows: Vec<(&str, Markup)> = vec![("ended as", report.matched.scan_ended.as_str().into())];
+    let mut rows: Vec<(&str, Markup)> = vec![("recorded as", report.matched.scan_ended.as_str().into())];
     if let Some(stop) = report.scan.stop {
         rows.push(("at", moment(&stop.stopped).into()));
         rows.extend(stop.reason.iter().map(|reason| ("reason", Markup::from(reason.as_str()))));
@@ -32,17 +32,16 @@ fn end(report: &Report<'_>) -> Markup {
 }
 
 fn closure(closure: &ClosureRecord) -> Vec<(&'static str, Markup)> {
-    let home = closure.home_shift_mm.map_or("not known".to_owned(), |mm| format!("{} mm", fixed(mm, 4)));
+    let home = closure.home_shift_mm.map_or("not known".to_owned(), |mm| sigma(mm, "mm"));
     let compared = closure.comparison.as_ref().map_or("not compared".to_owned(), comparison);
     vec![("home found again at", home.into()), ("first frame taken again", compared.into())]
 }
 
 fn comparison(found: &ComparisonRecord) -> String {
-    let px = |value: f64| with_sigma(value, Some(found.sigma_px), "px");
     format!(
-        "moved by {} along x, {} along y; light {} of before",
-        px(found.x_px),
-        px(found.y_px),
+        "moved along x by {}; along y by {}; light {} of before",
+        with_sigma(found.x_px, Some(found.sigma_px), "px"),
+        with_sigma(found.y_px, Some(found.sigma_px), "px"),
         percent(found.light)
     )
 }
@@ -85,9 +84,9 @@ fn positions(report: &Report<'_>) -> Result<Option<Markup>, ReportError> {
         series: vec![Series::dots("frame", points)],
     };
     let words = format!(
-        "Reported minus planned position of every frame; the largest difference is {} um. Where the frames truly \
-         stood is known only if a target shows it: see the calibration.",
-        fixed(largest_um, 1)
+        "Reported minus planned position of every frame; the largest difference is {}. Where the frames truly stood \
+         is known only if a target shows it: see the calibration.",
+        sigma(largest_um, "\u{b5}m")
     );
     Ok(Some(
         Picture::chart(&chart)?
@@ -150,7 +149,7 @@ fn resumed(report: &Report<'_>) -> Option<Markup> {
         })
         .collect();
     let rows = all.iter().map(|resumed| {
-        let home = resumed.home_shift_mm.map_or("not known".to_owned(), |mm| format!("{} mm", fixed(mm, 4)));
+        let home = resumed.home_shift_mm.map_or("not known".to_owned(), |mm| sigma(mm, "mm"));
         let tolerance = resumed.position_tolerance_mm.map_or("as before".to_owned(), |mm| plain(mm, "mm"));
         let compared = resumed.comparison.as_ref().map_or("not compared".to_owned(), comparison);
         vec![

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::contents::Report;
 use super::markup::{Markup, inline, joined, paragraph, table};
-use super::number::{fixed, moment};
+use crate::number::{fixed, moment};
 
 pub(super) fn settings(report: &Report<'_>) -> Markup {
     joined([matcher(report), versions(report), hashes(report)])

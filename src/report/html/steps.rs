@@ -2,8 +2,8 @@
 
 use super::contents::Report;
 use super::markup::{Markup, data, element, joined, list, pairs, paragraph, table};
-use super::number::{fixed, percent, plain, sigma, significant, with_sigma};
-use crate::results::LevelsSummary;
+use crate::number::{fixed, plain, share, sigma, significant, with_interval};
+use crate::results::{LevelsSummary, scale_in_words};
 use epirig_core::choice::Choice as _;
 use epirig_matcher::surface::{Contribution, Depth, Evaluation, Filters, Roughness};
 
@@ -27,11 +27,15 @@ pub(super) fn steps(report: &Report<'_>) -> Markup {
 
 fn depths(levels: &LevelsSummary) -> Markup {
     let (what, step, caption) = match levels.raised {
-        true => ("part", "height, 95 % coverage", "Height of the raised parts over the level around them"),
-        false => ("hollow", "depth, 95 % coverage", "Depth of the hollows below the level around them"),
+        true => {
+            ("part", "height, 95 % by scatter alone", "Height of the raised parts over the level around them")
+        }
+        false => {
+            ("hollow", "depth, 95 % by scatter alone", "Depth of the hollows below the level around them")
+        }
     };
     let depth =
-        |depth: &Depth| data(depth.depth_mm, with_sigma(depth.depth_mm, depth.half_width_95_mm, "mm"));
+        |depth: &Depth| data(depth.depth_mm, with_interval(depth.depth_mm, depth.half_width_95_mm, "mm"));
     let used: usize = levels.parts.iter().map(|part| part.used_px).sum();
     let all = vec![
         "all together".into(),
@@ -56,9 +60,9 @@ fn depths(levels: &LevelsSummary) -> Markup {
             std::iter::once(all).chain(parts),
         ),
         paragraph(format!(
-            "The intervals hold the depth with 95 % coverage (Student's t). They come from the scatter between \
-             independent parts of the field alone; the budget below has the rest. Errors of pixels more than {} px apart are \
-             independent. Pixels nearer than {} px to a wall are left out.",
+            "These intervals (95 % coverage, Student's t) hold the scatter between independent parts of the field alone. So \
+             they tell how parts differ; errors that all parts share, such as that of the scale, are in the budget below. \
+             Errors of pixels more than {} px apart are independent. Pixels nearer than {} px to a wall are left out.",
             levels.correlation_reach_px, levels.margin_px
         )),
     ])
@@ -72,15 +76,15 @@ fn budget(levels: &LevelsSummary) -> Markup {
             "combined standard uncertainty".into(),
             "".into(),
             sigma(sum.sigma_mm, "mm").into(),
-            "100.0 %".into(),
+            "100 %".into(),
         ]);
     }
     let expanded = match sum {
         Some(sum) => format!(
             "Depth with all contributions of this table: {} (95 % coverage, k = {}, {} effective degrees of freedom).",
-            with_sigma(levels.depth.depth_mm, Some(sum.half_width_95_mm), "mm"),
+            with_interval(levels.depth.depth_mm, Some(sum.half_width_95_mm), "mm"),
             fixed(sum.coverage_factor, 2),
-            fixed(sum.degrees_of_freedom, 0)
+            degrees(sum.degrees_of_freedom)
         ),
         None => "The scatter is not known: the field has too few independent parts. So there is no combined \
                  uncertainty."
@@ -92,8 +96,16 @@ fn budget(levels: &LevelsSummary) -> Markup {
             &["contribution", "type", "standard uncertainty", "share of the variance"],
             rows,
         ),
-        paragraph(expanded),
+        paragraph(format!(
+            "{expanded} A contribution of 0 mm is no larger than noise explains, or was stated as exact."
+        )),
     ])
+}
+
+/// Degrees of freedom; with more than these, Student's t is the normal distribution.
+fn degrees(effective: f64) -> String {
+    const MANY: f64 = 1000.0;
+    if effective > MANY { format!("more than {}", fixed(MANY, 0)) } else { fixed(effective, 0) }
 }
 
 fn contribution(part: &Contribution) -> Vec<Markup> {
@@ -109,7 +121,7 @@ fn contribution(part: &Contribution) -> Vec<Markup> {
         part.name.into(),
         kind.into(),
         part.sigma_mm.map_or(unknown.to_owned(), |sigma_mm| sigma(sigma_mm, "mm")).into(),
-        part.share.map_or("not known".to_owned(), percent).into(),
+        part.share.map_or("not known".to_owned(), share).into(),
     ]
 }
 
@@ -119,8 +131,10 @@ fn left_out(levels: &LevelsSummary, report: &Report<'_>) -> Markup {
         "errors that are the same in all parts of the field and follow the hollows, which no form explains"
             .into(),
         "differences between scans: this is one scan".into(),
-        "the stage's own scale (its lead screw): the length of the baseline is in its mm".into(),
     ];
+    if report.surface.scale_sigma.baseline.is_some() {
+        items.push("the stage's own millimetre (its lead screw), in which the baseline is counted".into());
+    }
     let unknown = levels.budget.contributions.iter().filter(|part| part.sigma_mm.is_none());
     items.extend(unknown.map(|part| format!("{}: not known", part.name).into()));
     if report.calibration.is_none() {
@@ -157,15 +171,15 @@ fn margins(levels: &LevelsSummary) -> Markup {
         let used = if at.margin_px == levels.margin_px { " (used)" } else { "" };
         vec![
             format!("{} px{used}", at.margin_px).into(),
-            data(at.depth_mm, with_sigma(at.depth_mm, at.half_width_95_mm, "mm")),
+            data(at.depth_mm, with_interval(at.depth_mm, at.half_width_95_mm, "mm")),
             at.used_px.to_string().into(),
         ]
     });
     let plateaus = levels.on_plateaus.map_or_else(|| joined([]), |on| {
         paragraph(format!(
-            "On the plateaus of ISO 5436-1: {}, from {} pixels. That is the central third of each part, and the level \
+            "On the plateaus of ISO 5436-1: {} (95 % by scatter alone), from {} pixels. That is the central third of each part, and the level \
              around it from a third of its width to its width. Parts are {} px wide (median).",
-            with_sigma(on.depth.depth_mm, on.depth.half_width_95_mm, "mm"),
+            with_interval(on.depth.depth_mm, on.depth.half_width_95_mm, "mm"),
             on.used_px,
             fixed(on.width_px, 0),
         ))
@@ -173,7 +187,7 @@ fn margins(levels: &LevelsSummary) -> Markup {
     joined([
         table(
             "Depth for other distances from the walls",
-            &["left out at the walls", "depth, 95 % coverage", "pixels used"],
+            &["left out at the walls", "depth, 95 % by scatter alone", "pixels used"],
             rows,
         ),
         paragraph(
@@ -232,6 +246,10 @@ fn roughness(report: &Report<'_>) -> Markup {
             rows,
         ),
         paragraph(filters_in_words(report.surface.filters)),
+        paragraph(format!(
+            "Scale: {}. Sa, Sq and Sz share its uncertainty. Ssk and Sku are ratios of heights, which need no scale.",
+            scale_in_words(report.surface.scale_sigma)
+        )),
         paragraph(format!(
             "{} outliers were left out: few connected pixels, more than eight standard deviations above the upper \
              or below the lower level.",

@@ -4,12 +4,12 @@ use serde_json::json;
 
 use super::{CalibrationPart, Maps, Report, Scan};
 use crate::report::{Chart, Series};
-use crate::results::{FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
+use crate::results::{Conclusion, FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Event, FrameRecord, SequenceRecord, StopRecord};
 use epirig_matcher::surface::{
     Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Filters, Part,
-    Roughness, Trend, TrendKind,
+    Roughness, ScaleSigma, Trend, TrendKind,
 };
 
 const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=alert(2)>&\"";
@@ -92,7 +92,7 @@ impl Records {
                 "origin": {
                     "kind": "captured", "stage": HOSTILE, "camera": HOSTILE,
                     "configuration": {
-                        "format": "GREY", "columns": 8, "rows": 8, "controls": {(HOSTILE): 3}, "averaged": 1
+                        "format": "GREY", "columns": 8, "rows": 8, "exposure_us": 10000.0, "controls": {(HOSTILE): 3}, "averaged": 1
                     }
                 },
                 "rows": 8, "columns": 8, "bit_depth": 8, "frames": 3, "positions_mm": [0.0, 1.0, 2.0], "intrinsics": null
@@ -101,7 +101,10 @@ impl Records {
             events: [frame(0), retake, resumed, frame(1)].map(from).to_vec(),
             stop: from(json!({
                 "format": 2, "exit_status": "not-closed", "frames": 2, "reason": HOSTILE, "stopped": "t",
-                "closure": {"home_shift_mm": -0.5}
+                "closure": {
+                    "home_shift_mm": -0.5,
+                    "comparison": {"frame": 0, "x_px": 2e-7, "y_px": -0.00123, "sigma_px": 7.8e-5, "light": 1.0}
+                }
             })),
             matched: from(json!({
                 "format": 3, "program": "epirig 0", "sequence_uid": "uid-1", "frames_blake3": "ef56", "scan_ended": "not-closed", "positions": "stage",
@@ -111,13 +114,20 @@ impl Records {
                 "occluded": 0.0, "median_disparity_px": 400.0, "median_sigma_px": 0.01, "seconds": 1.0
             })),
             surface: SurfaceSummary {
-                format: 3,
+                format: 5,
                 program: "epirig 0".to_owned(),
                 sequence_uid: "uid-1".to_owned(),
                 matched_blake3: "cd34".to_owned(),
+                conclusion: Conclusion {
+                    sentence: "hollows 0.2004 mm +- 0.0020 mm deep (95 % coverage)".to_owned(),
+                    planned_mm: Some(0.25),
+                    as_planned: Some(false),
+                },
                 scan_ended: "not-closed".to_owned(),
                 distance_mm: 900.0,
                 pixel_mm: 0.3,
+                origin_px: (3.5, 3.5),
+                scale_sigma: ScaleSigma { focal_length: Some(0.02), baseline: None },
                 field: FieldSummary {
                     region: None,
                     mask: None,
@@ -172,7 +182,7 @@ impl Records {
                 roughness: rough(),
             },
             profile: Chart {
-                title: "Height after the trend".to_owned(),
+                title: "Height after removal of the form".to_owned(),
                 series: vec![Series::line("height", vec![(0.0, 0.0), (1.0, f64::NAN), (2.0, 1.0)])],
                 ..Chart::default()
             },
@@ -243,14 +253,37 @@ fn the_verdict_names_depth_interval_and_a_scan_that_is_not_closed() {
     let records = Records::new();
     let html = records.report().html().unwrap();
     let text = read(&html);
-    let verdict = "Depth of the hollows 0.2004 mm \u{b1} 0.0020 mm (95 % coverage, k = 1.98)";
+    let verdict = "Hollows 0.2004 mm \u{b1} 0.0020 mm deep (95 % coverage). Warning";
     assert!(text.contains(verdict), "{text}");
+    let row = "depth of the hollows 0.2004 mm \u{b1} 0.0020 mm (95 % coverage, k = 1.98)";
+    assert!(text.contains(row), "{text}");
+    assert!(text.contains("planned 0.25 mm, outside of the interval"), "{text}");
+    // 2 % of 900 mm are 18 mm.
+    assert!(text.contains("distance 900 mm, standard uncertainty 18 mm"), "{text}");
+    assert!(
+        text.contains("Scale: known to 2.0 % (standard uncertainty), baseline taken as exact."),
+        "{text}"
+    );
     assert!(html.contains("<data value=\"0.2004123\">"));
-    assert!(text.contains("Warning: positions are wrong") && text.contains("the scan ended as not-closed"));
+    assert!(text.contains("Warning: positions are wrong") && text.contains("(recorded as not-closed)"));
     assert!(html.contains("class=\"bad\""));
     for sentence in ["positions are wrong", "uid-1", "ab12", "0.0008", "disparity_step_px 0.5"] {
         assert!(text.contains(sentence), "{sentence}: {text}");
     }
+}
+
+#[test]
+fn numbers_end_where_their_uncertainty_ends() {
+    let html = Records::new().report().html().unwrap();
+    let text = read(&html);
+    let moved = "moved along x by 0 px, standard uncertainty 0.000078 px; along y by \u{2212}0.001230 px, standard \
+                 uncertainty 0.000078 px; light 100.0 % of before";
+    for wanted in [moved, "home found again at \u{2212}0.50 mm", "exposure 10.0 ms"] {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
+    // The sign between a value and its uncertainty stands for 95 % coverage alone.
+    assert_eq!(text.matches('\u{b1}').count(), 6, "{text}");
+    assert!(html.contains("@top-left { content: \"Surface report\\3a "), "{html}");
 }
 
 #[test]
@@ -267,7 +300,6 @@ fn what_is_not_known_is_said_and_never_a_number() {
     records.surface.levels = None;
     records.surface.no_levels = Some("the heights have one level".to_owned());
     let text = read(&records.report().html().unwrap());
-    assert!(text.contains("No step height: the heights have one level"), "{text}");
     assert!(text.contains("There is no step height: the heights have one level."), "{text}");
 }
 

@@ -3,7 +3,7 @@
 use image::RgbImage;
 
 use super::layout::{Key, Layout, Panel};
-use super::window::{Window, Zoom};
+use super::window::{Millimetres, Window, Zoom};
 use super::{MOST_PX, ReportError, enlarged, register_font};
 use epirig_core::grid::Grid;
 
@@ -29,8 +29,8 @@ pub const USED_CLASSES: [Class; 4] = [
 /// Colour of a value that no class has.
 const NO_CLASS: [u8; 3] = [255, 255, 255];
 
-/// The values of a map in the colours of their classes, within `window`, with axes in mm if the width of a pixel is
-/// known, else in px. The legend has the share of each class among the pixels of `window`.
+/// The values of a map in the colours of their classes, within `window`, with axes in mm if it is known where pixels
+/// lie, else in px. The legend has the share of each class among the pixels of `window`.
 ///
 /// # Errors
 /// [`ReportError`] if the text cannot be drawn.
@@ -41,7 +41,7 @@ pub fn class_picture(
     values: &Grid<u8>,
     title: &str,
     classes: &[Class],
-    (window, pixel_mm): (&Window, Option<f64>),
+    (window, millimetres): (&Window, Option<Millimetres>),
 ) -> Result<RgbImage, ReportError> {
     register_font();
     let part = window.of(values);
@@ -67,9 +67,9 @@ pub fn class_picture(
     let panel = Panel { name: String::new(), pixels: enlarged(&pixels, zoom.enlarged) };
     let layout = Layout {
         title: title.to_owned(),
-        edges: zoom.edges(window, panel.pixels.dimensions(), pixel_mm),
+        edges: zoom.edges(window, panel.pixels.dimensions(), millimetres),
         panels: &[panel],
-        unit: if pixel_mm.is_some() { "mm" } else { "px" },
+        unit: if millimetres.is_some() { "mm" } else { "px" },
         bar: None,
         legend: &legend,
     };

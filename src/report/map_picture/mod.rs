@@ -18,9 +18,9 @@ use epirig_core::statistics::quantile;
 use layout::{Bar, Key, Layout, Panel};
 pub use range::ValueRange;
 use relief::{lit, relief};
-pub use window::Window;
 use window::Zoom;
 pub(in crate::report) use window::reduced;
+pub use window::{Millimetres, Window};
 
 /// Colour of pixels without an answer.
 const UNKNOWN: [u8; 3] = [70, 70, 70];
@@ -38,7 +38,7 @@ pub struct MapPicture<'a> {
     unit: &'a str,
     range: ValueRange,
     window: Window,
-    pixel_mm: Option<f64>,
+    millimetres: Option<Millimetres>,
     relief: bool,
     shade: fn(f64) -> [u8; 3],
     photograph: Option<&'a Grid<f32>>,
@@ -54,7 +54,7 @@ impl<'a> MapPicture<'a> {
             unit,
             range,
             window: Window::around(map),
-            pixel_mm: None,
+            millimetres: None,
             relief: false,
             shade: viridis,
             photograph: None,
@@ -71,10 +71,10 @@ impl<'a> MapPicture<'a> {
         Self { window, ..self }
     }
 
-    /// With axes in mm, for pixels of this width; else they are in px.
+    /// With axes in mm, if it is known where pixels lie; else they are in px.
     #[must_use]
-    pub fn in_mm(self, pixel_mm: Option<f64>) -> Self {
-        Self { pixel_mm, ..self }
+    pub fn in_mm(self, millimetres: Option<Millimetres>) -> Self {
+        Self { millimetres, ..self }
     }
 
     /// With light from the upper left, as if the values were heights.
@@ -146,8 +146,8 @@ impl<'a> MapPicture<'a> {
         let layout = Layout {
             title: format!("{} ({})", self.title, self.unit),
             panels: &panels,
-            edges: zoom.edges(&self.window, size, self.pixel_mm),
-            unit: if self.pixel_mm.is_some() { "mm" } else { "px" },
+            edges: zoom.edges(&self.window, size, self.millimetres),
+            unit: if self.millimetres.is_some() { "mm" } else { "px" },
             bar,
             legend: &self.legend(&part, known),
         };
@@ -183,7 +183,7 @@ impl<'a> MapPicture<'a> {
         if self.relief {
             keys.push(remark("shaded as if lit from the upper left".to_owned()));
         }
-        if let Some(pixel_mm) = self.pixel_mm {
+        if let Some(Millimetres { pixel_mm, .. }) = self.millimetres {
             keys.push(remark(format!("1 px is {pixel_mm:.4} mm")));
         }
         keys

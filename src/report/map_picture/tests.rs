@@ -61,9 +61,13 @@ fn nothing_is_cut_off_whatever_the_shape() {
         for empty in [false, true] {
             let shown = if empty { map.map(|_| f32::NAN) } else { map.clone() };
             let range = ValueRange::of(&shown, 0.01);
-            let title = "Standard uncertainty of the height after the form";
+            let title = "Standard uncertainty of the height after removal of the form";
             let plain = MapPicture::new(&shown, title, "mm", range);
-            let full = plain.clone().as_relief().in_mm(Some(0.3164)).beside(Some(&photograph));
+            let full = plain
+                .clone()
+                .as_relief()
+                .in_mm(Some(Millimetres { pixel_mm: 0.3164, origin_px: (16.0, 16.0) }))
+                .beside(Some(&photograph));
             for picture in [plain, full] {
                 let drawn = picture.picture().unwrap();
                 assert!(has_a_clear_border(&drawn), "{rows} x {columns}, empty: {empty}");

@@ -3,10 +3,28 @@
 use std::ops::Range;
 
 use epirig_core::grid::Grid;
+use epirig_matcher::surface::{Geometry, Heights};
 
 /// What is shown around the known pixels: this share of their longer side, from and up to so many px.
 const MARGIN: usize = 25;
 const MARGIN_PX: std::ops::RangeInclusive<usize> = 4..=16;
+
+/// Where pixels lie in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Millimetres {
+    /// Width of a pixel.
+    pub pixel_mm: f64,
+    /// Column and row where x and y are zero.
+    pub origin_px: (f64, f64),
+}
+
+impl Millimetres {
+    /// At the level from which `heights` are counted.
+    pub fn of(heights: &Heights) -> Self {
+        let Geometry { principal_point_x_px, principal_point_y_px, .. } = heights.geometry;
+        Self { pixel_mm: heights.pixel_mm(), origin_px: (principal_point_x_px, principal_point_y_px) }
+    }
+}
 
 /// Columns and rows of a map.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,21 +90,23 @@ impl Zoom {
         Self { reduced: longer.div_ceil(most_px.max(1)).max(1), enlarged: wanted.max(1) }
     }
 
-    /// Places of the first and the last pixel of a picture of this width and height, along x and y: in mm for
-    /// map pixels of that width, else in px.
+    /// Places of the first and the last pixel of a picture of this width and height, along x and y: in mm if it is
+    /// known where these lie, else in px.
     pub(super) fn edges(
         &self,
         window: &Window,
         (width, height): (u32, u32),
-        pixel_mm: Option<f64>,
+        millimetres: Option<Millimetres>,
     ) -> [(f64, f64); 2] {
-        let (scale, unit) = (self.enlarged as f64 / self.reduced as f64, pixel_mm.unwrap_or(1.0));
-        let along = |first: usize, length: u32| {
+        let scale = self.enlarged as f64 / self.reduced as f64;
+        let Millimetres { pixel_mm: unit, origin_px } =
+            millimetres.unwrap_or(Millimetres { pixel_mm: 1.0, origin_px: (0.0, 0.0) });
+        let along = |first: usize, length: u32, origin: f64| {
             // A map pixel reaches half a pixel to both sides of its column.
-            let place = |pixel: f64| (first as f64 - 0.5 + (pixel + 0.5) / scale) * unit;
+            let place = |pixel: f64| (first as f64 - 0.5 + (pixel + 0.5) / scale - origin) * unit;
             (place(0.0), place(f64::from(length) - 1.0))
         };
-        [along(window.columns.start, width), along(window.rows.start, height)]
+        [along(window.columns.start, width, origin_px.0), along(window.rows.start, height, origin_px.1)]
     }
 }
 
@@ -151,7 +171,11 @@ mod tests {
         assert_eq!(zoom.edges(&window, (16, 8), None), [(9.625, 13.375), (-0.375, 1.375)]);
         // Means of 2 x 2: the first lies between columns 10 and 11.
         let zoom = Zoom { reduced: 2, enlarged: 1 };
-        assert_eq!(zoom.edges(&window, (2, 1), Some(0.5)), [(5.25, 6.25), (0.25, 0.25)]);
+        let millimetres = Millimetres { pixel_mm: 0.5, origin_px: (0.0, 0.0) };
+        assert_eq!(zoom.edges(&window, (2, 1), Some(millimetres)), [(5.25, 6.25), (0.25, 0.25)]);
+        // As in the viewer: (column - 12) x 0.5 mm, (row - 3) x 0.5 mm.
+        let millimetres = Millimetres { origin_px: (12.0, 3.0), ..millimetres };
+        assert_eq!(zoom.edges(&window, (2, 1), Some(millimetres)), [(-0.75, 0.25), (-1.25, -1.25)]);
     }
 
     #[test]

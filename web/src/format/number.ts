@@ -41,13 +41,17 @@ export function valueAndSigma(
   return { value: toPlaces(value, places), sigma: toPlaces(sigma, places) };
 }
 
-/** `0.2003 ± 0.0012 mm`, or `0.200 mm, sigma unknown`. */
+/** `0.2003 mm, sigma 0.0012`, or `0.200 mm, sigma unknown`. */
 export function measured(value: number, sigma: number | null, unit: string): string {
   const texts = valueAndSigma(value, sigma);
+  return `${texts.value}${unit ? ` ${unit}` : ''}, sigma ${texts.sigma ?? 'unknown'}`;
+}
+
+/** `0.2003 ± 0.0012 mm` of an interval with 95 % coverage, for which alone the sign stands. */
+export function interval(value: number, half_width: number | null, unit: string): string {
+  const texts = valueAndSigma(value, half_width);
   const after = unit ? ` ${unit}` : '';
-  return texts.sigma === null
-    ? `${texts.value}${after}, sigma unknown`
-    : `${texts.value} ± ${texts.sigma}${after}`;
+  return texts.sigma === null ? `${texts.value}${after}` : `${texts.value} ± ${texts.sigma}${after}`;
 }
 
 const SPOKEN: Record<string, string> = { mm: 'millimetres', µm: 'micrometres', px: 'pixels', DN: 'counts' };
@@ -57,9 +61,7 @@ export function spoken(value: number, sigma: number | null, unit: string): strin
   const texts = valueAndSigma(value, sigma);
   const plain = (text: string): string => text.replace(MINUS, 'minus ');
   const after = unit ? ` ${SPOKEN[unit] ?? unit}` : '';
-  return texts.sigma === null
-    ? `${plain(texts.value)}${after}, sigma unknown`
-    : `${plain(texts.value)} plus or minus ${plain(texts.sigma)}${after}`;
+  return `${plain(texts.value)}${after}, sigma ${texts.sigma === null ? 'unknown' : plain(texts.sigma)}`;
 }
 
 /** A number with so many significant digits, without an exponent where people can still read it. */

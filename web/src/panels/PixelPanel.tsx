@@ -70,7 +70,7 @@ export function PixelPanel() {
         )}
       </h2>
       <Values head={head} />
-      <p class="muted note">± is the standard uncertainty (k = 1).</p>
+      <p class="muted note">sigma is the standard uncertainty (k = 1). That of the scale is not in it.</p>
       <EpiPanel head={head} values={value.values} />
       <IntensityPanel head={head} />
       <CostPanel head={head} />

@@ -1,25 +1,22 @@
 import { useRef } from 'preact/hooks';
 import type { Budget, Roughness, SurfaceSummary } from '../api';
 import { NumberField } from '../components/NumberField';
-import { count, measured, percent, valueAndSigma } from '../format/number';
+import { count, interval, percent } from '../format/number';
 import { chooseMask, mask, maskFault } from '../store/mask';
 import { surface, trend } from '../store/questions';
 import { lengths, results, trends } from '../store/results';
 import { region, select, tool } from '../store/selection';
 
-function interval(depth_mm: number, { combined }: Budget): string {
-  const { label, factor } = lengths.value;
+function coverage({ combined }: Budget): string {
   if (combined === null) return 'interval unknown: too few independent parts';
-  const texts = valueAndSigma(depth_mm * factor, combined.half_width_95_mm * factor);
-  const k = combined.coverage_factor.toFixed(2);
-  return `95 % coverage interval: ${texts.value} ± ${texts.sigma} ${label} (k = ${k})`;
+  return `± holds 95 % coverage (k = ${combined.coverage_factor.toFixed(2)})`;
 }
 
 function BudgetTable({ contributions }: Budget) {
   const { label, factor } = lengths.value;
   return (
     <table class="list">
-      <caption>Uncertainty budget of the depth</caption>
+      <caption>Uncertainty budget of the depth: standard uncertainties u (k = 1)</caption>
       <thead>
         <tr>
           <th scope="col">contribution</th>
@@ -46,11 +43,12 @@ function StepHeight({ of }: { of: SurfaceSummary }) {
   const { label, factor } = lengths.value;
   if (!of.levels) return <p>No step height: {of.no_levels ?? 'the reason is not recorded'}</p>;
   const { depth, budget, raised, margin_px, parts } = of.levels;
-  const sigma = budget.combined === null ? null : budget.combined.sigma_mm * factor;
+  const half = budget.combined === null ? null : budget.combined.half_width_95_mm * factor;
   return (
     <>
-      <p class="key-number">{measured(depth.depth_mm * factor, sigma, label)}</p>
-      <p>{interval(depth.depth_mm, budget)}</p>
+      <p class="key-number">{interval(depth.depth_mm * factor, half, label)}</p>
+      <p>{coverage(budget)}</p>
+      <p>{of.conclusion.sentence.replace('+-', '±')}</p>
       <p class="muted">
         Step height between the two levels; parts are {raised ? 'raised' : 'hollows'}; {margin_px} px beside
         the walls are left out.
@@ -68,7 +66,7 @@ function Parts({ of }: { of: SurfaceSummary }) {
   return (
     <div class="wide" tabIndex={0} role="region" aria-label="List of parts">
       <table class="list">
-        <caption>Parts, depth in {label}</caption>
+        <caption>Parts, depth in {label}: ± holds 95 % coverage by the scatter in the part alone</caption>
         <thead>
           <tr>
             <th scope="col">centre (px)</th>
@@ -78,8 +76,7 @@ function Parts({ of }: { of: SurfaceSummary }) {
         </thead>
         <tbody>
           {of.levels?.parts.map((part) => {
-            const sigma = part.depth.sigma_mm === null ? null : part.depth.sigma_mm * factor;
-            const texts = valueAndSigma(part.depth.depth_mm * factor, sigma);
+            const half = part.depth.half_width_95_mm === null ? null : part.depth.half_width_95_mm * factor;
             const [x, y] = [Math.round(part.centre_x_px), Math.round(part.centre_y_px)];
             return (
               <tr key={`${x},${y}`}>
@@ -89,7 +86,7 @@ function Parts({ of }: { of: SurfaceSummary }) {
                   </button>
                 </td>
                 <td>{part.area_mm2.toFixed(2)}</td>
-                <td>{texts.sigma === null ? texts.value : `${texts.value} ± ${texts.sigma}`}</td>
+                <td>{interval(part.depth.depth_mm * factor, half, '')}</td>
               </tr>
             );
           })}

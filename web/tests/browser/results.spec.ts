@@ -124,7 +124,7 @@ test('a region asks for steps and roughness', async ({ page }) => {
   const panel = page.getByRole('tabpanel');
   await expect(panel).toContainText('Steps and roughness of the region');
   await expect(panel).toContainText('Sq');
-  await expect(panel).toContainText(/95 % coverage interval|No step height/);
+  await expect(panel).toContainText(/± holds 95 % coverage|No step height/);
 });
 
 test('the range can be set by keys, by numbers and back', async ({ page }) => {

@@ -106,6 +106,12 @@ export function mapTile(id: string, level: number, row: number, column: number):
 }
 
 export const SURFACE: SurfaceSummary = {
+  conclusion: {
+    sentence:
+      'hollows 0.1999 mm +- 0.0079 mm deep (95 % coverage, baseline taken as exact), as planned: 0.2 mm lies within the interval',
+    planned_mm: 0.2,
+    as_planned: true,
+  },
   distance_mm: 300,
   pixel_mm: PIXEL_MM,
   levels: {
@@ -116,12 +122,13 @@ export const SURFACE: SurfaceSummary = {
           name: 'scatter between independent parts of the field',
           evaluation: 'A',
           sigma_mm: 0.00044,
-          share: 0.8,
+          share: 0.012,
         },
-        { name: 'walls: other margins', evaluation: 'B', sigma_mm: 0.00022, share: 0.2 },
-        { name: 'scale: focal length', evaluation: 'B', sigma_mm: null, share: null },
+        { name: 'walls: other margins', evaluation: 'B', sigma_mm: 0.00022, share: 0.003 },
+        { name: 'scale: focal length', evaluation: 'B', sigma_mm: 0.004, share: 0.985 },
+        { name: 'scale: length of the baseline', evaluation: 'B', sigma_mm: null, share: null },
       ],
-      combined: { sigma_mm: 0.00049, coverage_factor: 2.0, half_width_95_mm: 0.00098 },
+      combined: { sigma_mm: 0.00403, coverage_factor: 1.96, half_width_95_mm: 0.0079 },
     },
     raised: false,
     margin_px: 3,

@@ -1,23 +1,37 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { count, measured, percent, readNumber, significant, spoken } from '../../src/format/number';
+import {
+  count,
+  interval,
+  measured,
+  percent,
+  readNumber,
+  significant,
+  spoken,
+} from '../../src/format/number';
 import { lengthUnit } from '../../src/format/lengths';
 
 test('sigma has two digits and the value the same place', () => {
-  assert.equal(measured(0.20031, 0.00123, 'mm'), '0.2003 ± 0.0012 mm');
-  assert.equal(measured(20.44171, 0.00629, 'px'), '20.4417 ± 0.0063 px');
-  assert.equal(measured(1.23456, 0.0996, 'mm'), '1.23 ± 0.10 mm');
-  assert.equal(measured(12345.6, 123, 'DN'), '12350 ± 120 DN');
-  assert.equal(measured(9.96, 9.96, 'px'), '10 ± 10 px');
+  assert.equal(measured(0.20031, 0.00123, 'mm'), '0.2003 mm, sigma 0.0012');
+  assert.equal(measured(20.44171, 0.00629, 'px'), '20.4417 px, sigma 0.0063');
+  assert.equal(measured(1.23456, 0.0996, 'mm'), '1.23 mm, sigma 0.10');
+  assert.equal(measured(12345.6, 123, 'DN'), '12350 DN, sigma 120');
+  assert.equal(measured(9.96, 9.96, 'px'), '10 px, sigma 10');
+});
+
+test('only an interval has the sign for plus or minus', () => {
+  assert.equal(interval(0.19966, 0.00787, 'mm'), '0.1997 ± 0.0079 mm');
+  assert.equal(interval(0.19966, 0.00787, ''), '0.1997 ± 0.0079');
+  assert.equal(interval(0.19966, null, 'mm'), '0.200 mm');
 });
 
 test('a sigma larger than the value is shown as it is', () => {
-  assert.equal(measured(0.01, 0.5, 'mm'), '0.01 ± 0.50 mm');
+  assert.equal(measured(0.01, 0.5, 'mm'), '0.01 mm, sigma 0.50');
 });
 
 test('minus is a real minus, and zero has none', () => {
-  assert.equal(measured(-0.2003, 0.0012, 'mm'), '\u22120.2003 ± 0.0012 mm');
-  assert.equal(measured(-0.0001, 0.01, 'mm'), '0.000 ± 0.010 mm');
+  assert.equal(measured(-0.2003, 0.0012, 'mm'), '\u22120.2003 mm, sigma 0.0012');
+  assert.equal(measured(-0.0001, 0.01, 'mm'), '0.000 mm, sigma 0.010');
 });
 
 test('without sigma there are three digits and it says so', () => {
@@ -25,8 +39,8 @@ test('without sigma there are three digits and it says so', () => {
 });
 
 test('spoken numbers are words', () => {
-  assert.equal(spoken(0.2003, 0.0012, 'mm'), '0.2003 plus or minus 0.0012 millimetres');
-  assert.equal(spoken(-0.2003, 0.0012, 'mm'), 'minus 0.2003 plus or minus 0.0012 millimetres');
+  assert.equal(spoken(0.2003, 0.0012, 'mm'), '0.2003 millimetres, sigma 0.0012');
+  assert.equal(spoken(-0.2003, 0.0012, 'mm'), 'minus 0.2003 millimetres, sigma 0.0012');
 });
 
 test('per cent has two digits and never claims all or nothing', () => {

@@ -113,7 +113,7 @@ impl Sequence {
         let how = match self.stop.as_ref().map(|stop| stop.exit_status) {
             Some(ExitStatus::Complete) if there == planned => return None,
             Some(ExitStatus::Complete) => {
-                format!("the scan ended as complete, but {there} of {planned} planned frames are there")
+                format!("the scan is recorded as complete, but {there} of {planned} planned frames are there")
             }
             Some(ExitStatus::NotClosed) => NOT_CLOSED.to_owned(),
             Some(ExitStatus::Aborted | ExitStatus::Failed) => {
@@ -273,6 +273,14 @@ fn impossible(record: &SequenceRecord) -> Option<String> {
         && !((1..=16).contains(&original_bit_depth) && dn_per_sample > 0.0)
     {
         return Some(format!("the original frames cannot have had {original_bit_depth} bit"));
+    }
+    if let Origin::Rectified { focal_length_sigma, baseline_sigma, .. } = record.origin
+        && let Some(sigma) = [focal_length_sigma, baseline_sigma]
+            .into_iter()
+            .flatten()
+            .find(|sigma| !(sigma.is_finite() && *sigma >= 0.0))
+    {
+        return Some(format!("a relative standard uncertainty of {sigma} cannot be"));
     }
     record.intrinsics.and_then(|intrinsics| intrinsics.impossible(rows, columns))
 }

@@ -60,6 +60,12 @@ pub enum Origin {
         dn_per_sample: f64,
         /// Bits of the original frames, in whose DN these are matched.
         original_bit_depth: u8,
+        /// Relative standard uncertainty of the focal length, if it is known.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        focal_length_sigma: Option<f64>,
+        /// Relative standard uncertainty of the length of the baseline, if it is known.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        baseline_sigma: Option<f64>,
     },
 }
 

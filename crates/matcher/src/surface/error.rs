@@ -34,7 +34,7 @@ pub enum SurfaceError {
     /// The field shows one level, or two that noise does not tell apart.
     #[error(
         "the heights show no two levels: the best division finds a step of {depth_mm:.4} mm where heights scatter by {scatter_mm:.4} mm \
-         about their level; if that is form, another --trend may describe it; if it is noise, take more frames or a longer baseline"
+         about their level; if that is form, another form of the trend may describe it; if it is noise, take more frames or a longer baseline"
     )]
     OneLevel {
         /// Step of the best division, in mm.

@@ -1,5 +1,7 @@
 //! From disparity to metric height.
 
+use serde::Serialize;
+
 use crate::evaluate::HalfMaps;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
@@ -20,12 +22,13 @@ pub struct Geometry {
     pub scale: ScaleSigma,
 }
 
-/// Relative standard uncertainties of the factors of the scale of all distances; `None` counts as exact.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// Relative standard uncertainties of the factors of the scale of all distances; `None` is not known, and counts as
+/// exact. A height is a difference of two distances f b / |d|, so it is wrong by the share by which f b is.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct ScaleSigma {
-    /// Of the focal length.
+    /// Of the focal length f.
     pub focal_length: Option<f64>,
-    /// Of the length of the baseline.
+    /// Of the length b of the baseline.
     pub baseline: Option<f64>,
 }
 
@@ -33,6 +36,17 @@ impl ScaleSigma {
     /// Of both together, which are independent; 0 if both count as exact.
     pub fn together(self) -> f64 {
         self.focal_length.unwrap_or(0.0).hypot(self.baseline.unwrap_or(0.0))
+    }
+
+    /// The factors that count as exact, in words; `None` if there are none.
+    pub fn exact(self) -> Option<&'static str> {
+        let is_exact = |sigma: Option<f64>| sigma.unwrap_or(0.0) == 0.0;
+        match (is_exact(self.focal_length), is_exact(self.baseline)) {
+            (true, true) => Some("focal length and baseline"),
+            (true, false) => Some("focal length"),
+            (false, true) => Some("baseline"),
+            (false, false) => None,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Numbers as a person reads them: an uncertainty to two significant digits, its value to the same place.
 
 /// What stands for a number that is not known.
-pub(super) const UNKNOWN: &str = "unknown";
+pub(crate) const UNKNOWN: &str = "unknown";
 
 /// Digits of a value whose uncertainty is unknown.
 const DIGITS: i32 = 3;
@@ -10,7 +10,7 @@ const DIGITS: i32 = 3;
 /// Rounding counts: 0.0996 is 0.10.
 fn decimals(value: f64, digits: i32) -> i32 {
     if value == 0.0 {
-        return digits - 1;
+        return 0;
     }
     let by = |value: f64| digits - 1 - value.abs().log10().floor() as i32;
     let first = by(value);
@@ -23,7 +23,7 @@ fn round_to(value: f64, decimals: i32) -> f64 {
 }
 
 /// With this many decimals, and a real minus sign; zero has none.
-pub(super) fn fixed(value: f64, decimals: i32) -> String {
+pub(crate) fn fixed(value: f64, decimals: i32) -> String {
     if !value.is_finite() {
         return UNKNOWN.to_owned();
     }
@@ -34,34 +34,52 @@ pub(super) fn fixed(value: f64, decimals: i32) -> String {
 }
 
 /// With a number of significant digits.
-pub(super) fn significant(value: f64, digits: i32) -> String {
+pub(crate) fn significant(value: f64, digits: i32) -> String {
     if value.is_finite() { fixed(value, decimals(value, digits)) } else { UNKNOWN.to_owned() }
 }
 
 /// An uncertainty alone, with its unit: two significant digits.
-pub(super) fn sigma(value: f64, unit: &str) -> String {
+pub(crate) fn sigma(value: f64, unit: &str) -> String {
     if value.is_finite() { format!("{} {unit}", significant(value, 2)) } else { UNKNOWN.to_owned() }
 }
 
-/// A value with an uncertainty of any coverage, which the caller names.
-pub(super) fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
-    match sigma {
+/// A value with half the width of its interval of 95 % coverage, for which alone the sign between them stands.
+pub(crate) fn with_interval(value: f64, half_width: Option<f64>, unit: &str) -> String {
+    match known(half_width) {
         _ if !value.is_finite() => UNKNOWN.to_owned(),
-        Some(sigma) if sigma.is_finite() && sigma > 0.0 => {
-            let decimals = decimals(sigma, 2);
-            format!("{} {unit} \u{b1} {} {unit}", fixed(value, decimals), fixed(sigma, decimals))
+        Some(half_width) => {
+            let decimals = decimals(half_width, 2);
+            format!("{} {unit} \u{b1} {} {unit}", fixed(value, decimals), fixed(half_width, decimals))
         }
-        _ => format!("{} {unit}, uncertainty unknown", significant(value, DIGITS)),
+        None => format!("{} {unit}, uncertainty unknown", significant(value, DIGITS)),
     }
 }
 
+/// A value with its standard uncertainty. A value that is zero to the last digit that is known is 0.
+pub(crate) fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
+    match known(sigma) {
+        _ if !value.is_finite() => UNKNOWN.to_owned(),
+        Some(sigma) => {
+            let decimals = decimals(sigma, 2);
+            let value =
+                if round_to(value, decimals) == 0.0 { "0".to_owned() } else { fixed(value, decimals) };
+            format!("{value} {unit}, standard uncertainty {} {unit}", fixed(sigma, decimals))
+        }
+        None => format!("{} {unit}, uncertainty unknown", significant(value, DIGITS)),
+    }
+}
+
+fn known(uncertainty: Option<f64>) -> Option<f64> {
+    uncertainty.filter(|size| size.is_finite() && *size > 0.0)
+}
+
 /// A value that is stated without an uncertainty, with its unit.
-pub(super) fn plain(value: f64, unit: &str) -> String {
+pub(crate) fn plain(value: f64, unit: &str) -> String {
     if value.is_finite() { format!("{} {unit}", significant(value, DIGITS)) } else { UNKNOWN.to_owned() }
 }
 
 /// A share in per cent: two digits, and a decimal from 10 % on, where a share of 99.9 % is not all.
-pub(super) fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     let value = 100.0 * share;
     match value.abs() >= 9.95 {
         true => format!("{} %", fixed(value, 1)),
@@ -69,8 +87,23 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
+/// A share of a whole in per cent: what is left of nothing or of all is not rounded away.
+pub(crate) fn share(share: f64) -> String {
+    match share {
+        _ if share > 0.0 && share < 0.001 => "below 0.1 %".to_owned(),
+        _ if share > 0.999 && share < 1.0 => "above 99.9 %".to_owned(),
+        _ if share == 1.0 => "100 %".to_owned(),
+        _ => percent(share),
+    }
+}
+
+/// The same text for a terminal, in ASCII.
+pub(crate) fn ascii(text: &str) -> String {
+    text.replace('\u{b1}', "+-").replace('\u{2212}', "-")
+}
+
 /// A time stamp as in RFC 3339, to the second.
-pub(super) fn moment(stamp: &str) -> String {
+pub(crate) fn moment(stamp: &str) -> String {
     let (seconds, rest) = stamp.split_once('.').unwrap_or((stamp, ""));
     let zone = rest.trim_start_matches(|letter: char| letter.is_ascii_digit());
     format!("{}{zone}", seconds.replacen('T', " ", 1))
@@ -94,19 +127,28 @@ mod tests {
             (4.0, 99.6, "0 mm \u{b1} 100 mm"),
         ];
         for (value, sigma, shown) in cases {
-            assert_eq!(with_sigma(value, Some(sigma), "mm"), shown);
+            assert_eq!(with_interval(value, Some(sigma), "mm"), shown);
         }
     }
 
     #[test]
     fn what_is_not_known_is_said() {
-        assert_eq!(with_sigma(0.2, None, "mm"), "0.200 mm, uncertainty unknown");
-        assert_eq!(with_sigma(0.2, Some(f64::NAN), "mm"), "0.200 mm, uncertainty unknown");
-        assert_eq!(with_sigma(f64::NAN, Some(0.1), "mm"), UNKNOWN);
+        assert_eq!(with_interval(0.2, None, "mm"), "0.200 mm, uncertainty unknown");
+        assert_eq!(with_interval(0.2, Some(f64::NAN), "mm"), "0.200 mm, uncertainty unknown");
+        assert_eq!(with_interval(f64::NAN, Some(0.1), "mm"), UNKNOWN);
         assert_eq!(
             (plain(f64::INFINITY, "mm"), sigma(f64::NAN, "mm")),
             (UNKNOWN.to_owned(), UNKNOWN.to_owned())
         );
+    }
+
+    #[test]
+    fn a_standard_uncertainty_is_named() {
+        let of = |value, sigma| with_sigma(value, Some(sigma), "px");
+        assert_eq!(of(2844.44, 56.9), "2844 px, standard uncertainty 57 px");
+        assert_eq!(of(-0.000_000_2, 0.000_078), "0 px, standard uncertainty 0.000078 px");
+        assert_eq!(of(-0.0512, 0.0104), "\u{2212}0.051 px, standard uncertainty 0.010 px");
+        assert_eq!(with_sigma(0.2, Some(0.0), "px"), "0.200 px, uncertainty unknown");
     }
 
     #[test]
@@ -120,11 +162,18 @@ mod tests {
     #[test]
     fn digits_are_significant() {
         assert_eq!(significant(0.0996, 2), "0.10");
-        assert_eq!(significant(0.0, 2), "0.0");
+        assert_eq!((significant(0.0, 2), sigma(0.0, "mm")), ("0".to_owned(), "0 mm".to_owned()));
         assert_eq!(significant(1530.0, 3), "1530");
         assert_eq!(
             (percent(0.999), percent(0.0123), percent(0.0), percent(1.0)),
-            ("99.9 %".to_owned(), "1.2 %".to_owned(), "0.0 %".to_owned(), "100.0 %".to_owned())
+            ("99.9 %".to_owned(), "1.2 %".to_owned(), "0 %".to_owned(), "100.0 %".to_owned())
         );
+        let shares = [0.0, 2e-7, 0.0012, 0.5, 0.9989, 0.9998, 1.0].map(share);
+        assert_eq!(shares, ["0 %", "below 0.1 %", "0.12 %", "50.0 %", "99.9 %", "above 99.9 %", "100 %"]);
+    }
+
+    #[test]
+    fn a_terminal_gets_ascii() {
+        assert_eq!(ascii(&with_interval(-0.0512, Some(0.0104), "mm")), "-0.051 mm +- 0.010 mm");
     }
 }

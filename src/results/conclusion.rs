@@ -1,0 +1,133 @@
+//! The answer of a measurement in one sentence, which terminal, page and report share.
+
+use serde::Serialize;
+
+use super::LevelsSummary;
+use crate::number::{ascii, percent, plain, sigma, with_interval};
+use epirig_matcher::surface::{Combined, ScaleSigma};
+
+/// What was measured, how well that is known, and whether it is as planned.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Conclusion {
+    /// All of it in words, in ASCII.
+    pub sentence: String,
+    /// The depth that the rig's profile plans (`target.relief`), in mm, if one is recorded.
+    pub planned_mm: Option<f64>,
+    /// Whether the 95 % interval of the depth holds it; `None` if nothing is planned or measured.
+    pub as_planned: Option<bool>,
+}
+
+impl Conclusion {
+    /// Of the `levels`, or of the reason why there are none. The `scale` is that of the heights.
+    pub fn of(levels: Result<&LevelsSummary, &str>, scale: ScaleSigma, planned_mm: Option<f64>) -> Self {
+        let levels = match levels {
+            Ok(levels) => levels,
+            Err(reason) => {
+                let planned = planned_mm.map_or(String::new(), |mm| format!(" (planned: {mm} mm)"));
+                let sentence = format!("no step height{planned}: {reason}");
+                return Self { sentence, planned_mm, as_planned: None };
+            }
+        };
+        let named = if levels.raised { ("raised parts", "high") } else { ("hollows", "deep") };
+        depth(named, (levels.depth.depth_mm, levels.budget.combined), scale, planned_mm)
+    }
+}
+
+/// How well the scale of heights is known, in words.
+pub fn scale_in_words(scale: ScaleSigma) -> String {
+    let together = scale.together();
+    let known = (together > 0.0).then(|| format!("known to {} (standard uncertainty)", percent(together)));
+    let exact = scale.exact().map(|factors| format!("{factors} taken as exact"));
+    known.into_iter().chain(exact).collect::<Vec<_>>().join(", ")
+}
+
+/// A depth with its 95 % interval, in mm, against the planned one.
+fn depth(
+    (what, how): (&str, &str),
+    (depth_mm, combined): (f64, Option<Combined>),
+    scale: ScaleSigma,
+    planned_mm: Option<f64>,
+) -> Conclusion {
+    let Some(Combined { half_width_95_mm, .. }) = combined else {
+        let sentence = format!(
+            "{what} {} {how}; how well that is known cannot be said, as too few parts of the field are independent",
+            ascii(&plain(depth_mm, "mm"))
+        );
+        return Conclusion { sentence, planned_mm, as_planned: None };
+    };
+    let exact = scale.exact().map_or(String::new(), |factors| format!(", {factors} taken as exact"));
+    let value = ascii(&with_interval(depth_mm, Some(half_width_95_mm), "mm"));
+    let measured = format!("{what} {value} {how} (95 % coverage{exact})");
+    let Some(planned_mm) = planned_mm else {
+        return Conclusion { sentence: measured, planned_mm: None, as_planned: None };
+    };
+    let more_mm = depth_mm - planned_mm;
+    let as_planned = more_mm.abs() <= half_width_95_mm;
+    let compared = match as_planned {
+        true => format!("as planned: {planned_mm} mm lies within the interval"),
+        false => format!(
+            "not as planned: {} {} than {planned_mm} mm",
+            sigma(more_mm.abs(), "mm"),
+            if more_mm > 0.0 { "more" } else { "less" },
+        ),
+    };
+    Conclusion {
+        sentence: format!("{measured}, {compared}"),
+        planned_mm: Some(planned_mm),
+        as_planned: Some(as_planned),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KNOWN: ScaleSigma = ScaleSigma { focal_length: Some(0.001), baseline: Some(0.0001) };
+
+    fn with(half_width_95_mm: f64) -> Option<Combined> {
+        let sigma_mm = half_width_95_mm / 1.96;
+        Some(Combined { sigma_mm, degrees_of_freedom: 1e6, coverage_factor: 1.96, half_width_95_mm })
+    }
+
+    #[test]
+    fn a_depth_is_compared_with_its_interval() {
+        let of = |half_width, planned_mm| depth(("hollows", "deep"), (0.2003, half_width), KNOWN, planned_mm);
+        let found = of(with(0.0012), Some(0.2));
+        assert_eq!(
+            found.sentence,
+            "hollows 0.2003 mm +- 0.0012 mm deep (95 % coverage), as planned: 0.2 mm lies within the interval"
+        );
+        assert_eq!((found.planned_mm, found.as_planned), (Some(0.2), Some(true)));
+        let found = of(with(0.0012), Some(0.25));
+        assert_eq!(
+            found.sentence,
+            "hollows 0.2003 mm +- 0.0012 mm deep (95 % coverage), not as planned: 0.050 mm less than 0.25 mm"
+        );
+        assert_eq!(found.as_planned, Some(false));
+        assert!(of(with(0.0001), Some(0.2)).sentence.ends_with("0.00030 mm more than 0.2 mm"));
+        let unknown = of(None, Some(0.2));
+        assert!(unknown.sentence.contains("cannot be said") && unknown.as_planned.is_none());
+        let raised = depth(("raised parts", "high"), (0.2, with(0.01)), KNOWN, None);
+        assert_eq!(raised.sentence, "raised parts 0.200 mm +- 0.010 mm high (95 % coverage)");
+        assert_eq!((raised.planned_mm, raised.as_planned), (None, None));
+    }
+
+    #[test]
+    fn what_counts_as_exact_is_named() {
+        let of = |focal_length, baseline| {
+            let scale = ScaleSigma { focal_length, baseline };
+            depth(("hollows", "deep"), (0.2, with(0.001)), scale, None).sentence
+        };
+        let exact = |factors: &str| format!("hollows 0.2000 mm +- 0.0010 mm deep (95 % coverage{factors})");
+        assert_eq!(of(Some(0.02), Some(1e-4)), exact(""));
+        assert_eq!(of(Some(0.02), None), exact(", baseline taken as exact"));
+        assert_eq!(of(None, Some(1e-4)), exact(", focal length taken as exact"));
+        assert_eq!(of(Some(0.0), None), exact(", focal length and baseline taken as exact"));
+        let words = |focal_length, baseline| scale_in_words(ScaleSigma { focal_length, baseline });
+        // 0.03 and 0.04 make 0.05.
+        assert_eq!(words(Some(0.03), Some(0.04)), "known to 5.0 % (standard uncertainty)");
+        let partly = "known to 2.0 % (standard uncertainty), baseline taken as exact";
+        assert_eq!(words(Some(0.02), None), partly);
+        assert_eq!(words(None, None), "focal length and baseline taken as exact");
+    }
+}
