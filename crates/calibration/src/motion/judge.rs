@@ -288,13 +288,13 @@ fn moving(shifts: &Shifts) -> Moved {
 fn cell_changes(from: &Reduced, to: &Reduced) -> Vec<f32> {
     let (from, to) = (&from.fine, &to.fine);
     let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len().max(1) as f32;
-    let light = mean(&from.values) / mean(&to.values).max(1e-3);
+    let light = mean(from.values()) / mean(to.values()).max(1e-3);
     let cells =
-        (0..from.rows / CELL).flat_map(|row| (0..from.columns / CELL).map(move |column| (row, column)));
+        (0..from.rows() / CELL).flat_map(|row| (0..from.columns() / CELL).map(move |column| (row, column)));
     let change = |(row, column): (usize, usize)| {
         let rows = (0..CELL).map(|line| {
-            let from = from.row(row * CELL + line, column * CELL, CELL);
-            let to = to.row(row * CELL + line, column * CELL, CELL);
+            let from = &from.row(row * CELL + line)[column * CELL..][..CELL];
+            let to = &to.row(row * CELL + line)[column * CELL..][..CELL];
             from.iter().zip(to).map(|(from, to)| (from - light * to).powi(2)).sum::<f32>()
         });
         (rows.sum::<f32>() / (CELL * CELL) as f32).sqrt()

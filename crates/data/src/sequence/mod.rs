@@ -32,7 +32,7 @@ pub use load::load_volume;
 pub use lock::{lock, refuse_busy};
 pub use nominal_lens::{FocalLength, NominalLens};
 pub use pixels::{
-    DecodedImage, Header, ImageFault, LARGEST_IMAGE, decode_grey, encode_png, header, image_formats,
+    DecodedImage, ForeignFormat, Header, ImageFault, LARGEST_IMAGE, decode_grey, encode_png, header, image_formats,
     time_taken,
 };
 pub use positions::read_positions;

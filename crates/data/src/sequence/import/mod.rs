@@ -16,7 +16,7 @@ use jiff::civil::DateTime;
 
 use super::error::SequenceError;
 use super::pixels::{
-    DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, header, time_taken, with_bit_depth,
+    DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, foreign_format, header, time_taken, with_bit_depth,
 };
 use super::positions::read_positions;
 use super::reader::{MOST_FRAMES, START, describe};
@@ -152,6 +152,7 @@ pub fn import(
     }
     let first = &images[0].path;
     let bytes = read_file(first, LARGEST_IMAGE)?;
+    refuse_foreign_bytes(first, &bytes)?;
     let stored = header(&bytes).map_err(fault_of(first))?;
     let head = decode(first, &bytes, options)?;
     drop(bytes);
@@ -245,6 +246,7 @@ impl Import<'_> {
     ) -> Result<Frame, SequenceError> {
         let path = &chosen.path;
         let bytes = read_file(path, LARGEST_IMAGE)?;
+        refuse_foreign_bytes(path, &bytes)?;
         let stored = header(&bytes).map_err(fault_of(path))?;
         let stored = describe(stored.rows, stored.columns, stored.bits);
         if stored != self.stored {
@@ -349,6 +351,14 @@ fn decode(path: &Path, bytes: &[u8], options: &ImportOptions) -> Result<DecodedI
         image.usable_as_is = false;
     }
     Ok(image)
+}
+
+/// Refuses a file of a format that is not read, which its name does not tell.
+fn refuse_foreign_bytes(path: &Path, bytes: &[u8]) -> Result<(), SequenceError> {
+    match foreign_format(path, bytes) {
+        Some(format) => Err(SequenceError::ForeignFormat { path: path.to_owned(), format, count: 1 }),
+        None => Ok(()),
+    }
 }
 
 fn fault_of(path: &Path) -> impl FnOnce(ImageFault) -> SequenceError {
