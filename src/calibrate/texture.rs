@@ -74,7 +74,8 @@ pub(super) fn from_texture(
     // mm of the stage for a tau of 1, by each step.
     let ratios: Vec<f64> = steps(&reported_mm).zip(steps(&motion.tau)).map(|(mm, tau)| mm / tau).collect();
     let usual = median(&mut ratios.clone()).unwrap_or(f64::NAN);
-    let jumps: Vec<usize> = (0..ratios.len()).filter(|&step| (usual / ratios[step] - 1.0).abs() > JUMP).collect();
+    let jumps: Vec<usize> =
+        (0..ratios.len()).filter(|&step| (usual / ratios[step] - 1.0).abs() > JUMP).collect();
     if jumps.is_empty() {
         let measured = motion.tau.iter().zip(&motion.tau_sigma);
         let measured: Vec<_> = measured.map(|(&tau, &sigma)| Some(MeasuredTau { tau, sigma })).collect();

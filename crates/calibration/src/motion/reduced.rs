@@ -1,7 +1,7 @@
 //! Frames made small: a hundred of them are held at once.
 
-use epirig_core::frame::{Frame, Samples};
 use crate::reduction::{means, reduced};
+use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::Grid;
 
 /// A small frame, and one of half its size: means over squares of pixels.

@@ -121,7 +121,10 @@ fn reweight(lines: &[Option<Line>], information: &[Vec<f64>], weights: &mut [Vec
                 let share = |e: f64| tukey(e / scale);
                 let residuals = normalised(line, information);
                 let both = residuals.into_iter().zip(information);
-                weights.iter_mut().zip(both).for_each(|(weight, (e, information))| *weight = information * share(e));
+                weights
+                    .iter_mut()
+                    .zip(both)
+                    .for_each(|(weight, (e, information))| *weight = information * share(e));
             }
             None => weights.fill(0.0),
         }
@@ -239,9 +242,9 @@ fn finish(
     middle *= cells / (cells - 1.0).max(1.0);
     let by_cells = &inverse * middle * &inverse;
     let direction = direction(&used, &s);
-    let rhos = weighted(used.iter().map(|(_, line, weights)| {
-        (line.rho, line.rho * line.rho * weights.iter().sum::<f64>())
-    }));
+    let rhos = weighted(
+        used.iter().map(|(_, line, weights)| (line.rho, line.rho * line.rho * weights.iter().sum::<f64>())),
+    );
     let typical_rho = rhos.at(0.5);
     let turned = [
         found.direction[0] - direction.slope * found.direction[1],
@@ -284,10 +287,14 @@ fn direction(used: &[(&Track, &Line, &Vec<f64>)], s: &[f64]) -> Slope {
     }
     let mut places = Vec::new();
     for (track, line, weights) in used {
-        let information =
-            |sight: &Sight| 1.0 / (sight.across_variance + FLOOR_PX * FLOOR_PX);
-        let kept: Vec<&Sight> =
-            track.sights.iter().zip(*weights).filter(|(_, weight)| **weight > 0.0).map(|(sight, _)| sight).collect();
+        let information = |sight: &Sight| 1.0 / (sight.across_variance + FLOOR_PX * FLOOR_PX);
+        let kept: Vec<&Sight> = track
+            .sights
+            .iter()
+            .zip(*weights)
+            .filter(|(_, weight)| **weight > 0.0)
+            .map(|(sight, _)| sight)
+            .collect();
         let sum: f64 = kept.iter().map(|sight| information(sight)).sum();
         let mean = |value: &dyn Fn(&Sight) -> f64| {
             kept.iter().map(|sight| information(sight) * value(sight)).sum::<f64>() / sum
@@ -308,7 +315,9 @@ fn direction(used: &[(&Track, &Line, &Vec<f64>)], s: &[f64]) -> Slope {
         energy = places.iter().zip(&weights).map(|(place, w)| w * place.x * place.x).sum::<f64>();
         slope = places.iter().zip(&weights).map(|(place, w)| w * place.x * place.y).sum::<f64>() / energy;
         let residual = |place: &Place| (place.y - slope * place.x) * place.information.sqrt();
-        let scale = MAD * median(&mut places.iter().map(|place| residual(place).abs()).collect::<Vec<_>>()).unwrap_or(1.0);
+        let scale = MAD
+            * median(&mut places.iter().map(|place| residual(place).abs()).collect::<Vec<_>>())
+                .unwrap_or(1.0);
         for (weight, place) in weights.iter_mut().zip(&places) {
             *weight = place.information * tukey(residual(place) / scale.max(f64::MIN_POSITIVE));
         }

@@ -19,7 +19,10 @@ pub enum TextureMotionError {
     )]
     NothingFollowed,
     /// Some frames share too little with the others.
-    #[error("frame(s) {} cannot be connected with the others: they share too little texture, or it repeats", words(frames))]
+    #[error(
+        "frame(s) {} cannot be connected with the others: they share too little texture, or it repeats",
+        words(frames)
+    )]
     Apart {
         /// Those frames.
         frames: Vec<usize>,

@@ -68,8 +68,10 @@ pub(super) fn follow(
             let template = Template::of(&picture, square, side, found.direction)?;
             let in_scene = turned(found.direction, rho * to_first / px, 0.0);
             let cell = |at: usize, moved: f64| ((at as f64 + moved) / (2 * side) as f64).floor() as i64;
-            let track =
-                Track { cell: (cell(square.0, in_scene[0]), cell(square.1, in_scene[1])), sights: Vec::new() };
+            let track = Track {
+                cell: (cell(square.0, in_scene[0]), cell(square.1, in_scene[1])),
+                sights: Vec::new(),
+            };
             Some((anchor, rho, template, track))
         });
         points.par_extend(followed);

@@ -135,10 +135,7 @@ impl TextureMotion {
 ///
 /// # Errors
 /// [`TextureMotionError`] if nothing moves, or the texture does not connect the frames.
-pub fn texture_motion(
-    frames: &dyn Frames,
-    observations: usize,
-) -> Result<TextureMotion, TextureMotionError> {
+pub fn texture_motion(frames: &dyn Frames, observations: usize) -> Result<TextureMotion, TextureMotionError> {
     if frames.count() < 3 {
         return Err(TextureMotionError::TooFew { frames: frames.count() });
     }

@@ -132,17 +132,20 @@ impl Template {
     /// Places the square in `picture`, from a start `along` and `across` the motion: Gauss-Newton steps with
     /// gradients of the square itself, whose noise is independent of the picture's; contrast and brightness are
     /// free.
-    pub(super) fn place(&self, picture: &Grid<f32>, start: [f64; 2], scratch: &mut Scratch) -> Option<Placed> {
+    pub(super) fn place(
+        &self,
+        picture: &Grid<f32>,
+        start: [f64; 2],
+        scratch: &mut Scratch,
+    ) -> Option<Placed> {
         let [cos, sin] = self.direction;
         let mut moved = start;
         let count = (self.side * self.side) as f64;
         scratch.square.resize(self.side * self.side, 0.0);
         for _ in 0..STEPS {
             let [along, across] = moved;
-            let corner = [
-                self.left as f64 + along * cos - across * sin,
-                self.top as f64 + along * sin + across * cos,
-            ];
+            let corner =
+                [self.left as f64 + along * cos - across * sin, self.top as f64 + along * sin + across * cos];
             smooth(picture, corner, self.side, &mut scratch.rows, &mut scratch.square)?;
             without_mean(&mut scratch.square);
             let products = Vector3::from_fn(|i, _| dot(&self.basis[i], &scratch.square));

@@ -88,7 +88,8 @@ fn start(small: &[Grid<f32>], reach: Option<isize>) -> Option<Start> {
     let mut best: Option<Start> = None;
     for anchor in [last / 2, last / 4, last - last / 4, 0] {
         let blocks = squares(&small[anchor], SIDE, POINTS, [1.0, 0.0]);
-        let distances = std::iter::successors(Some(1), |distance| Some(2 * distance)).take_while(|d| *d <= last);
+        let distances =
+            std::iter::successors(Some(1), |distance| Some(2 * distance)).take_while(|d| *d <= last);
         for distance in distances {
             let others = [anchor.checked_add(distance), anchor.checked_sub(distance)];
             for other in others.into_iter().flatten().filter(|&other| other <= last) {
@@ -139,10 +140,7 @@ fn between(
     }
     let direction = [x / usual, y / usual];
     let parts = |shift: &[f64; 2]| {
-        (
-            shift[0] * direction[0] + shift[1] * direction[1],
-            shift[1] * direction[0] - shift[0] * direction[1],
-        )
+        (shift[0] * direction[0] + shift[1] * direction[1], shift[1] * direction[0] - shift[0] * direction[1])
     };
     let agrees = |shift: &[f64; 2]| {
         let (along, across) = parts(shift);
@@ -164,9 +162,8 @@ fn anywhere(block: &Block, to: &Grid<f32>, (x_reach, y_reach): (isize, isize)) -
     let all = (-y_reach..=y_reach).flat_map(|y| (-x_reach..=x_reach).map(move |x| (x, y)));
     let tried: Vec<_> = all.filter_map(|(x, y)| Some((block.correlation(to, x, y)?, x, y))).collect();
     let &(best, x, y) = tried.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let is_far = |other: &(f32, isize, isize)| {
-        (other.1 - x).abs().max((other.2 - y).abs()) as f64 > ONE_PLACE_PX
-    };
+    let is_far =
+        |other: &(f32, isize, isize)| (other.1 - x).abs().max((other.2 - y).abs()) as f64 > ONE_PLACE_PX;
     let second = tried.iter().filter(|tried| is_far(tried)).map(|tried| tried.0).fold(0.0, f32::max);
     if best < LEAST_CORRELATION || second > best - AMBIGUOUS {
         return None;
@@ -279,7 +276,8 @@ impl<'a> Search<'a> {
             self.grow(anchor, &mut points);
             self.anchors.push(anchor);
             let moving = moving(&points);
-            range = moving.iter().fold(range, |(least, most), point| (least.min(point.rho), most.max(point.rho)));
+            range =
+                moving.iter().fold(range, |(least, most), point| (least.min(point.rho), most.max(point.rho)));
             let unknown: Vec<usize> =
                 (0..self.known.len()).filter(|&frame| self.known[frame].is_none()).collect();
             if unknown.is_empty() {
@@ -331,7 +329,8 @@ impl<'a> Search<'a> {
 
     /// Finds all frames that share enough with the points of `anchor`, the nearest first.
     fn grow(&mut self, anchor: usize, points: &mut Vec<Point>) {
-        let mut order: Vec<usize> = (0..self.known.len()).filter(|&frame| self.known[frame].is_none()).collect();
+        let mut order: Vec<usize> =
+            (0..self.known.len()).filter(|&frame| self.known[frame].is_none()).collect();
         order.sort_by_key(|frame| frame.abs_diff(anchor));
         for frame in order {
             self.known[frame] = self.place(frame, anchor, points);
@@ -400,7 +399,9 @@ impl<'a> Search<'a> {
         anchors.extend([0, self.known.len() - 1]);
         anchors.sort_unstable();
         anchors.dedup();
-        let of = |part: usize| self.known.iter().map(|known| known.map_or(0.0, |known| px * known[part])).collect();
+        let of = |part: usize| {
+            self.known.iter().map(|known| known.map_or(0.0, |known| px * known[part])).collect()
+        };
         Found { position: of(0), across: of(1), direction: self.direction, rho: range, anchors }
     }
 }

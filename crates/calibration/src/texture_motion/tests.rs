@@ -45,10 +45,15 @@ fn plane(seed: u64) -> SimulatorConfig {
 /// Frames at places in steps.
 fn frames(config: SimulatorConfig, places: &[f64]) -> Rendered {
     let step_mm = STEP_PX * 500.0 / config.optics.focal_length_px;
-    let middle = 0.5 * (places.iter().copied().fold(f64::MAX, f64::min) + places.iter().copied().fold(f64::MIN, f64::max));
+    let middle = 0.5
+        * (places.iter().copied().fold(f64::MAX, f64::min) + places.iter().copied().fold(f64::MIN, f64::max));
     let simulator = Simulator::new(config).unwrap();
     let shown = places.iter().enumerate();
-    Rendered(shown.map(|(index, place)| simulator.expose(10.0 + (place - middle) * step_mm, index as u32)).collect())
+    Rendered(
+        shown
+            .map(|(index, place)| simulator.expose(10.0 + (place - middle) * step_mm, index as u32))
+            .collect(),
+    )
 }
 
 fn found(config: SimulatorConfig, places: &[f64]) -> TextureMotion {
@@ -114,7 +119,13 @@ fn jumps_of_any_size_are_found() {
         let (errors, moved_px) = errors(&motion, &places);
         let worst = errors.iter().fold(0.0, |worst: f64, error| worst.max(error.abs())) * moved_px;
         let sigma = root_mean_square(&motion.tau_sigma) * moved_px;
-        println!("{name}: worst {worst:.4} px of {moved_px:.1}, sigma {sigma:.4} px, {} points, residual {:.4} px, angle {:.4} +- {:.4} deg", motion.points, motion.residual_px, motion.angle_rad.to_degrees(), motion.angle_sigma_rad.to_degrees());
+        println!(
+            "{name}: worst {worst:.4} px of {moved_px:.1}, sigma {sigma:.4} px, {} points, residual {:.4} px, angle {:.4} +- {:.4} deg",
+            motion.points,
+            motion.residual_px,
+            motion.angle_rad.to_degrees(),
+            motion.angle_sigma_rad.to_degrees()
+        );
         assert!(worst < 0.02, "{name}: {errors:?}");
     }
 }

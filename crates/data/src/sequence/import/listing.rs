@@ -219,7 +219,10 @@ mod tests {
             }
         };
         let folder = words(&["raw"]);
-        assert!(folder.contains("IMG_9.CR2 is a camera's raw image") && folder.contains("1 other"), "{folder}");
+        assert!(
+            folder.contains("IMG_9.CR2 is a camera's raw image") && folder.contains("1 other"),
+            "{folder}"
+        );
         assert!(folder.contains("dcraw"), "{folder}");
         for arguments in [&["raw/IMG_9.CR2"][..], &["raw/IMG_9.CR2", "raw/IMG_10.CR2"], &["raw/*.CR2"]] {
             assert!(words(arguments).contains("IMG_9.CR2 is a camera's raw image"), "{arguments:?}");

@@ -39,8 +39,8 @@ pub use selection::{Chosen, Span, choose, spans_of};
 
 /// Looks at the frames while they are imported.
 pub trait Inspector {
-    /// The next frame of the sequence, and the image that it is made of.
-    fn look(&mut self, image: &Chosen, frame: &Frame);
+    /// The next frame of the sequence, the image that it is made of, and its position if that is given.
+    fn look(&mut self, image: &Chosen, frame: &Frame, position_mm: Option<f64>);
 
     /// What was found in all of them, one sentence each.
     fn findings(&mut self) -> Vec<String>;
@@ -51,7 +51,7 @@ pub trait Inspector {
 pub struct NoInspector;
 
 impl Inspector for NoInspector {
-    fn look(&mut self, _: &Chosen, _: &Frame) {}
+    fn look(&mut self, _: &Chosen, _: &Frame, _: Option<f64>) {}
 
     fn findings(&mut self) -> Vec<String> {
         Vec::new()
@@ -178,7 +178,7 @@ pub fn import(
     for (index, image) in images.iter().enumerate() {
         let position_mm = positions_mm.as_ref().map(|positions| positions[index]);
         let frame = import.take(FrameKind::Scan, index, image, position_mm)?;
-        inspector.look(image, &frame);
+        inspector.look(image, &frame, position_mm);
         progress.advance(1);
     }
     for (kind, images) in &calibration {

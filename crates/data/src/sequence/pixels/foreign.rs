@@ -59,9 +59,7 @@ const FORMATS: [ForeignFormat; 9] = [
     ForeignFormat {
         name: "a JPEG 2000 image",
         endings: &["jp2", "j2k", "jpx"],
-        begins: |bytes| {
-            bytes.starts_with(b"\0\0\0\x0cjP  ") || bytes.starts_with(&[0xff, 0x4f, 0xff, 0x51])
-        },
+        begins: |bytes| bytes.starts_with(b"\0\0\0\x0cjP  ") || bytes.starts_with(&[0xff, 0x4f, 0xff, 0x51]),
         convert: "opj_decompress -i FILE -o FILE.png",
     },
     ForeignFormat {
@@ -112,7 +110,8 @@ mod tests {
 
     #[test]
     fn formats_are_known_by_content_and_by_name() {
-        let name = |path: &str, bytes: &[u8]| foreign_format(Path::new(path), bytes).map(|format| format.name);
+        let name =
+            |path: &str, bytes: &[u8]| foreign_format(Path::new(path), bytes).map(|format| format.name);
         assert_eq!(name("a.jpg", b"\0\0\0\x18ftypheic"), Some("a HEIC image"));
         assert_eq!(name("a.tif", b"II*\0\x10\0\0\0CR\x02\0"), Some("a camera's raw image"));
         assert_eq!(name("a.cr3", b"\0\0\0\x18ftypcrx "), Some("a camera's raw image"));
