@@ -118,14 +118,47 @@ fn jumps_of_any_size_are_found() {
         let motion = found(plane(3), &places);
         let (errors, moved_px) = errors(&motion, &places);
         let worst = errors.iter().fold(0.0, |worst: f64, error| worst.max(error.abs())) * moved_px;
-        let sigma = root_mean_square(&motion.tau_sigma) * moved_px;
-        println!(
-            "{name}: worst {worst:.4} px of {moved_px:.1}, sigma {sigma:.4} px, {} points, residual {:.4} px, angle {:.4} +- {:.4} deg",
-            motion.points,
-            motion.residual_px,
-            motion.angle_rad.to_degrees(),
-            motion.angle_sigma_rad.to_degrees()
-        );
-        assert!(worst < 0.02, "{name}: {errors:?}");
+        // A fiftieth of a pixel is where errors of tau begin to cost a disparity of this length.
+        assert!(worst < 0.02, "{name}: {worst} px");
     }
+}
+
+/// Scenes of one depth and of several, with little and much noise.
+fn scenes(seed: u64) -> Vec<SimulatorConfig> {
+    let mut flat = plane(seed);
+    flat.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.0, slope_y: 0.0 };
+    let mut noisy = plane(seed + 20);
+    noisy.sensor.read_noise_dn = 6.0;
+    let mut edge = plane(seed + 40);
+    edge.scene = Scene::CubeEdge { distance_mm: 500.0, slope: 1.0 };
+    vec![flat, noisy, edge]
+}
+
+#[test]
+fn stated_uncertainties_of_tau_hold() {
+    let mut normalised = Vec::new();
+    for seed in 1..=4 {
+        let all = cases(seed);
+        for (index, config) in scenes(seed).into_iter().enumerate() {
+            let (name, places) = &all[(3 * seed as usize + 2 * index) % all.len()];
+            let motion = found(config, places);
+            let (errors, moved_px) = errors(&motion, places);
+            let inner = 1..places.len() - 1;
+            let here: Vec<f64> = inner.map(|frame| errors[frame] / motion.tau_sigma[frame]).collect();
+            println!(
+                "{name}, scene {index}: {:.2} sigma RMS, sigma {:.4} px, angle {:+.1} sigma",
+                root_mean_square(&here),
+                moved_px * root_mean_square(&motion.tau_sigma),
+                motion.angle_rad / motion.angle_sigma_rad
+            );
+            normalised.extend(here);
+        }
+    }
+    let within = |limit: f64| {
+        normalised.iter().filter(|error| error.abs() < limit).count() as f64 / normalised.len() as f64
+    };
+    println!("{:.3} within 1 sigma, {:.3} within 2, of {}", within(1.0), within(2.0), normalised.len());
+    // Errors of a scene have its first and last frame in common: some 170 numbers count as about 50, so shares of
+    // 68 and 95 % scatter by 7 and 3 %.
+    assert!(within(1.0) > 0.61 && within(2.0) > 0.92);
 }
