@@ -9,6 +9,7 @@ use epirig_calibration::photometry::PhotometryError;
 use epirig_calibration::rectification::RectifyError;
 use epirig_calibration::stage_axis::StageAxisError;
 use epirig_calibration::target::{OtherSize, TargetError};
+use epirig_calibration::texture_motion::TextureMotionError;
 use epirig_core::tau::TauError;
 use epirig_data::formats::FormatError;
 use epirig_data::sequence::SequenceError;
@@ -26,7 +27,8 @@ pub enum CalibrateError {
     Read(#[from] ReadError),
     /// There is nothing to calibrate with.
     #[error(
-        "{} has nothing to calibrate with: there are no dark, flat or board frames, and no target or lens is described. Take calibration frames with the \
+        "{} has nothing to calibrate with: there are no dark, flat or board frames, and no target or lens is described. If the steps \
+         between frames may differ, --positions texture measures them in the frames themselves. For the lens, take calibration frames with the \
          scan ([plan] dark, flat, board), describe [target] and [optics] in the rig's profile, or give a lens with --lens", path.display()
     )]
     Nothing {
@@ -187,11 +189,17 @@ pub enum CalibrateError {
     Positions(#[from] TauError),
     /// Positions cannot be measured from the texture.
     #[error(
-        "positions from the texture: {reason}; use the reported positions of the stage with --positions stage"
+        "positions from the texture: {0}; leave such frames out, or use the given positions with --positions stage"
     )]
-    Texture {
-        /// The cause.
-        reason: String,
+    TextureMotion(#[from] TextureMotionError),
+    /// Frames that do not stand beyond the one before.
+    #[error(
+        "positions from the texture must increase, but {}; import the images in the order of the motion (--sort motion) or without those \
+         (--exclude)", found.join(", ")
+    )]
+    Returns {
+        /// Each such frame, in words.
+        found: Vec<String>,
     },
     /// The frames cannot be rectified.
     #[error(transparent)]

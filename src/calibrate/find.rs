@@ -122,7 +122,7 @@ pub fn calibrate(
             gains = find_gains(&mut volume, stage_axis.as_ref().map(|axis| axis.disparity_px));
         }
         if texture {
-            positions = from_texture(&volume, sequence.positions_mm().as_deref(), progress)?;
+            positions = from_texture(&volume, sequence, &mut remarks, progress)?;
         }
     }
     if let Outcome::NotApplied(reason) = &gains {

@@ -6,11 +6,11 @@ use clap::Args;
 
 use super::match_arguments::MatchArguments;
 use super::need::{check_match, frames_of};
-use super::no_answer::no_answer;
+use super::no_answer::{cause, no_answer};
 use super::region::RegionArguments;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
-use crate::calibrate::{CALIBRATION, read_calibration};
+use crate::calibrate::{CALIBRATION, Calibration, read_calibration};
 use crate::pipeline::{Measurement, PipelineError, View, measure};
 use crate::results::{ResultsFolder, ResultsKind};
 use epirig_core::shell::quoted;
@@ -30,7 +30,7 @@ use epirig_matcher::{Answer, DisparityMaps, MatchError};
   epirig match seq --mask object.png                       only what is white, in less time
 
 The results are maps as .tiff (disparity, sigma, cost, confidence, height_mm, height_sigma_mm),
-mask.png (255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 occluded,
+mask.png (255 answer, 0 leaves the image, 40 beyond the range, 80 too uncertain, 120 occluded,
 160 ambiguous, 200 outside mask or region), answers.png (the same in colours), pictures, figures/ and match.json."
 )]
 pub(super) struct Match {
@@ -91,9 +91,11 @@ impl Match {
             talk,
         )?;
         let view = View { figure_row: self.figure_row, truth: None };
+        let used = calibration.as_ref().map(|(calibration, _)| calibration);
         let measured = measure(&sequence, calibration.as_ref(), (&options, &region), view, &folder, talk);
         if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
-            return Err(no_answer(&sequence, "no range of disparities is significant in the data", false));
+            let what = "no range of disparities is significant in the data";
+            return Err(no_answer(&sequence, used, what, false));
         }
         let measurement = measured?;
         folder.commit()?;
@@ -104,7 +106,7 @@ impl Match {
                 quoted(&self.seq)
             ));
         }
-        advise(&measurement, talk);
+        advise(&measurement, &sequence, used, talk);
         talk.result(&measurement.summary, || {
             let picture = out.join("disparity.png");
             match measurement.summary.median_disparity_px {
@@ -117,7 +119,7 @@ impl Match {
             None => {
                 let reasons = out.join("mask.png");
                 let what = format!("no pixel has an answer ({} has the reasons)", reasons.display());
-                Err(no_answer(&sequence, &what, options.range.is_some()))
+                Err(no_answer(&sequence, used, &what, options.range.is_some()))
             }
         }
     }
@@ -147,7 +149,12 @@ impl Match {
 }
 
 /// Prints hints about pixels without an answer, not two about the same ones.
-pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
+pub(super) fn advise(
+    measurement: &Measurement,
+    sequence: &Sequence,
+    calibration: Option<&Calibration>,
+    talk: &Talk,
+) {
     /// An object as small as this share of the frame may be what is left of a larger one.
     const MUCH: f64 = 0.05;
     let summary = &measurement.summary;
@@ -170,10 +177,14 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
         ));
     }
     if !hinted && summary.object * summary.object_answered < 0.5 * summary.object.max(MUCH * asked) {
-        talk.say(
-            "hint: few pixels have an answer. The surface may show little texture (try --semi-global), the frames may not be in \
-             their order, or the motion is not along the rows (rotate the images)",
-        );
+        talk.say(&format!(
+            "hint: few pixels have an answer: {}",
+            cause(sequence, calibration).unwrap_or_else(|| {
+                "the surface may show little texture (try --semi-global); the motion is along the rows and in its steps, as far as it can be \
+                 measured"
+                    .to_owned()
+            })
+        ));
     }
     if let Some(locking) = summary.pixel_locking.as_ref().filter(|locking| locking.share_locked > 0.05)
         && let Some((low, high)) = locking.locked_px
@@ -200,7 +211,7 @@ fn answers(maps: &DisparityMaps) -> String {
     let reasons = [
         ("leaves image", Answer::LeavesImage),
         ("beyond range", Answer::BeyondRange),
-        ("no texture", Answer::NoTexture),
+        ("too uncertain", Answer::NoTexture),
         ("ambiguous", Answer::Ambiguous),
         ("occluded", Answer::Occluded),
         ("outside mask or region", Answer::Outside),

@@ -29,6 +29,7 @@ mod manual;
 mod match_arguments;
 mod matching;
 mod memory;
+mod motion_words;
 mod need;
 mod no_answer;
 mod plan;

@@ -1,11 +1,31 @@
 //! A match without any answer: what the frames show of the motion.
 
-use super::CliError;
+use super::{CliError, motion_words};
+use crate::calibrate::Calibration;
 use epirig_calibration::motion::{Doubt, Motion, MotionCheck};
+use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 
 /// The failure of a match of which `what` is said, with what is measured in the frames; whether `has_range` was given.
-pub(super) fn no_answer(sequence: &Sequence, what: &str, has_range: bool) -> CliError {
+pub(super) fn no_answer(
+    sequence: &Sequence,
+    calibration: Option<&Calibration>,
+    what: &str,
+    has_range: bool,
+) -> CliError {
+    let (motion, calibrate) = measured(sequence, calibration);
+    CliError::NoAnswer(format!("{what}; {}", words(&motion, has_range, &calibrate)))
+}
+
+/// What the frames show that a match of them does not take for granted, if anything; with what helps.
+pub(super) fn cause(sequence: &Sequence, calibration: Option<&Calibration>) -> Option<String> {
+    let (motion, calibrate) = measured(sequence, calibration);
+    let doubts: Vec<String> = motion.doubts.iter().filter_map(|found| doubt(found, &calibrate)).collect();
+    (!doubts.is_empty()).then(|| doubts.join("; "))
+}
+
+/// The motion in the frames, without what a calibration corrects; and the command that measures positions.
+fn measured(sequence: &Sequence, calibration: Option<&Calibration>) -> (Motion, String) {
     let mut check = MotionCheck::new(sequence.frames().len());
     for frame in sequence.frames() {
         // A frame that cannot be read has been reported before anything was matched.
@@ -13,12 +33,23 @@ pub(super) fn no_answer(sequence: &Sequence, what: &str, has_range: bool) -> Cli
             check.look(&frame);
         }
     }
-    CliError::NoAnswer(format!("{what}; {}", words(&check.motion(), has_range)))
+    let counted = || (0..sequence.frames().len()).map(|index| index as f64).collect();
+    let places = match calibration {
+        Some(calibration) => calibration.positions.tau.clone(),
+        None => sequence.positions_mm().unwrap_or_else(counted),
+    };
+    let mut motion = check.motion_at(&places);
+    if calibration.is_some_and(|calibration| calibration.stage_axis.is_some()) {
+        // The frames were turned by its direction before they were matched.
+        motion.doubts.retain(|doubt| !matches!(doubt, Doubt::Oblique { .. }));
+    }
+    let overwrite = if calibration.is_some() { " --overwrite" } else { "" };
+    (motion, format!("epirig calibrate {} --positions texture{overwrite}", quoted(sequence.folder())))
 }
 
 /// What was measured, and what helps.
-fn words(motion: &Motion, has_range: bool) -> String {
-    let doubts: Vec<String> = motion.doubts.iter().filter_map(doubt).collect();
+fn words(motion: &Motion, has_range: bool, calibrate: &str) -> String {
+    let doubts: Vec<String> = motion.doubts.iter().filter_map(|found| doubt(found, calibrate)).collect();
     let measured = match motion.step_px {
         Some((0.0, 0.0)) => "nothing moves in the frames".to_owned(),
         Some((x, y)) => format!(
@@ -35,7 +66,7 @@ fn words(motion: &Motion, has_range: bool) -> String {
     }
 }
 
-fn doubt(doubt: &Doubt) -> Option<String> {
+fn doubt(doubt: &Doubt, calibrate: &str) -> Option<String> {
     Some(match doubt {
         Doubt::Foreign(frames) => {
             let frames: Vec<String> = frames.iter().map(usize::to_string).collect();
@@ -48,18 +79,13 @@ fn doubt(doubt: &Doubt) -> Option<String> {
         Doubt::Vertical => {
             "a match needs motion along the rows; import the images with --rotate 90".to_owned()
         }
-        Doubt::Oblique(degrees) => {
-            format!(
-                "that is {degrees:.0} degrees from the rows, along which a match needs it; turn the camera"
-            )
-        }
         Doubt::Disorder(_) => {
             "the frames are not in the order of the motion; import the images with --sort motion".to_owned()
         }
         Doubt::TurnsRound(frame) => {
             format!("the motion turns round at frame {frame}; import one part with --frames")
         }
-        _ => return None,
+        other => return motion_words::words(other, &|frame| format!("frame {frame}"), calibrate),
     })
 }
 
@@ -70,15 +96,15 @@ mod tests {
     #[test]
     fn frames_that_move_are_not_asked_whether_they_do() {
         let moving = Motion { step_px: Some((-3.25, 0.01)), doubts: Vec::new() };
-        assert!(words(&moving, false).contains("-3.25 px along the rows and 0.01 px along the columns"));
+        assert!(words(&moving, false, "").contains("-3.25 px along the rows and 0.01 px along the columns"));
         let vertical = Motion { step_px: Some((0.0, 4.0)), doubts: vec![Doubt::Vertical] };
         assert!(
-            words(&vertical, false).contains("4.00 px along the columns")
-                && words(&vertical, false).contains("--rotate 90")
+            words(&vertical, false, "").contains("4.00 px along the columns")
+                && words(&vertical, false, "").contains("--rotate 90")
         );
         let still = Motion { step_px: Some((0.0, 0.0)), doubts: vec![Doubt::Still] };
-        assert!(words(&still, false).starts_with("nothing moves in the frames: take frames"));
-        let unknown = |has_range| words(&Motion::default(), has_range);
+        assert!(words(&still, false, "").starts_with("nothing moves in the frames: take frames"));
+        let unknown = |has_range| words(&Motion::default(), has_range, "");
         assert!(unknown(false).contains("could not be measured") && unknown(false).contains("give --range"));
         assert!(unknown(true).contains("leave out --range"));
     }

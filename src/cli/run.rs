@@ -14,6 +14,7 @@ use super::rig::RigArguments;
 use super::scan::{Captured, Course, Devices, scan};
 use super::surface::{describe as describe_surface, measure_surface};
 use super::{CliError, Talk};
+use crate::calibrate::read_calibration;
 use crate::doctor::{Report, Verdict};
 use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
@@ -89,7 +90,9 @@ impl Run {
         let measured = measure_object(devices, &profile, &self.matching.options(), &self.out, None, talk)?;
         let Measured { captured, measurement, results } = measured;
         results.commit()?;
-        advise(&measurement, talk);
+        let sequence = Sequence::open(&self.out)?;
+        let calibration = read_calibration(&sequence)?;
+        advise(&measurement, &sequence, calibration.as_ref().map(|(calibration, _)| calibration), talk);
         let results = self.out.join("results");
         let surface = measure_surface(&self.out, &results, talk);
         let found = surface.as_ref();

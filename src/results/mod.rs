@@ -178,7 +178,7 @@ pub struct MatchSummary {
     pub leaves_image: f64,
     /// Share of the pixels whose best candidate is at an end of the range.
     pub beyond_range: f64,
-    /// Share of the pixels with too little texture.
+    /// Share of the pixels whose sigma exceeds the limit: too little texture, or no line fits.
     pub no_texture: f64,
     /// Share of the pixels with several equally good candidates.
     pub ambiguous: f64,

@@ -16,7 +16,7 @@ use epirig_data::formats::{MapFacts, MapFormat};
 use epirig_data::storage::{Disk, RealDisk, Scratch, put_in_place, recover};
 use epirig_matcher::Answer;
 
-/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture,
+/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 too uncertain,
 /// 120 occluded, 160 ambiguous, 200 outside mask or region.
 pub fn mask_value(answer: Answer) -> u8 {
     match answer {

@@ -117,3 +117,103 @@ fn a_match_without_any_answer_has_an_exit_code_and_says_what_was_measured() {
     let hopeless = ["match", "seq", "--range", "60..64", "--max-sigma", "0.000001"];
     fails(path, &hopeless, 8, &["no pixel has an answer", "px along the rows"]);
 }
+
+/// Writes frames of a plane 500 mm away, seen by a camera that is turned by `roll_deg`, as 0.png, 1.png ...; `places`
+/// are in steps of 3 px.
+fn at(folder: &Path, places: &[f64], roll_deg: f64) {
+    let _ = fs::remove_dir_all(folder);
+    fs::create_dir_all(folder).unwrap();
+    let mut config = SimulatorConfig::textured_plane(256, 192, 2);
+    config.optics.roll_rad = roll_deg.to_radians();
+    let step_mm = 3.0 * 500.0 / config.optics.focal_length_px;
+    let simulator = Simulator::new(config).unwrap();
+    for (index, place) in places.iter().enumerate() {
+        let frame = simulator.expose(10.0 + step_mm * place, index as u32);
+        write_png(&folder.join(format!("{index}.png")), &frame);
+    }
+}
+
+#[test]
+fn missing_frames_are_told_and_positions_from_the_texture_are_right() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // Three frames are missing after the sixth, and one at the end; the camera was moved by hand.
+    let places = [0.0, 1.04, 1.98, 3.06, 3.95, 5.0, 9.02, 10.0, 11.05, 11.96, 13.0, 15.04];
+    at(&path.join("photos"), &places, 0.0);
+    let said = notes(path, &[]);
+    assert!(said.contains("from image 5 (5.png) to image 6 (6.png) it goes 4.0"), "{said}");
+    assert!(said.contains("from image 10 (10.png) to image 11 (11.png) it goes 2.0"), "{said}");
+    assert!(
+        said.contains("steps differ by") && said.contains("`epirig calibrate seq --positions texture`"),
+        "{said}"
+    );
+    fs::remove_dir_all(path.join("seq")).unwrap();
+    let output = epirig(path, &["import", "photos", "--out", "seq"]);
+    let next = String::from_utf8(output.stdout).unwrap();
+    assert!(next.contains("next: epirig calibrate seq --positions texture"), "{next}");
+
+    succeeds(path, &["calibrate", "seq", "--positions", "texture"]);
+    let record: serde_json::Value =
+        serde_json::from_slice(&fs::read(path.join("seq/calibration.json")).unwrap()).unwrap();
+    let tau: Vec<f64> = serde_json::from_value(record["positions"]["tau"].clone()).unwrap();
+    let sigma: Vec<f64> = serde_json::from_value(record["positions"]["tau_sigma"].clone()).unwrap();
+    for (frame, place) in places.iter().enumerate() {
+        let error = tau[frame] - place / places[11];
+        // Four standard uncertainties: one of 16,000 normal numbers is farther off. And 0.02 px of 45 px.
+        assert!(error.abs() <= 4.0 * sigma[frame] && error.abs() < 0.02 / 45.0, "{frame}: {error} {sigma:?}");
+    }
+    // With the true positions nothing is said, nor with a table of them.
+    let table: Vec<String> = places.iter().map(f64::to_string).collect();
+    fs::write(path.join("positions.csv"), table.join("\n")).unwrap();
+    assert_eq!(notes(path, &["--positions", "positions.csv"]), "");
+    // Given positions that are wrong are contradicted.
+    let said = notes(path, &["--step-mm", "2"]);
+    assert!(said.contains("it goes 4.0"), "{said}");
+    let output = epirig(path, &["calibrate", "seq", "--positions", "texture"]);
+    let said = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.success() && said.contains("the texture contradicts the given positions"),
+        "{said}"
+    );
+    let record: serde_json::Value =
+        serde_json::from_slice(&fs::read(path.join("seq/calibration.json")).unwrap()).unwrap();
+    let baseline_mm = record["positions"]["baseline_mm"].as_f64().unwrap();
+    // Twelve frames of 2 mm would be 22 mm.
+    assert!((baseline_mm - 2.0 * places[11]).abs() < 0.6, "{baseline_mm}");
+}
+
+#[test]
+fn frames_that_do_not_go_on_are_named_and_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let places = [0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 5.3, 7.0, 8.0];
+    at(&path.join("photos"), &places, 0.0);
+    let said = notes(path, &[]);
+    assert!(said.contains("image 4 (4.png) stands where the one in front"), "{said}");
+    assert!(said.contains("image 8 (8.png) stands 0.7") && said.contains("--exclude"), "{said}");
+    fails(
+        path,
+        &["calibrate", "seq", "--positions", "texture"],
+        6,
+        &["(4.png) stands where", "(8.png) stands 0.7"],
+    );
+    assert!(!path.join("seq/calibration.json").exists());
+}
+
+#[test]
+fn a_camera_that_is_turned_a_little_is_told_with_its_angle_and_is_the_cause_of_few_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let places: Vec<f64> = (0..14).map(f64::from).collect();
+    // 39 px along the rows and 0.34 px across them.
+    at(&path.join("photos"), &places, 0.5);
+    let said = notes(path, &[]);
+    assert!(said.contains("0.50 degrees to the rows, 0.3 px"), "{said}");
+    assert!(!said.contains("steps"), "{said}");
+    at(&path.join("photos"), &places, -8.0);
+    assert!(notes(path, &[]).contains("8.00 degrees to the rows, 5."), "{}", notes(path, &[]));
+    let output = epirig(path, &["match", "seq"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("8.00 degrees to the rows"), "{said}");
+    assert!(!said.contains("little texture"), "{said}");
+}

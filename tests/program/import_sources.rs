@@ -137,4 +137,43 @@ fn frames_of_a_video_are_those_that_went_in() {
     }
     assert_eq!(frame(&path.join("part"), 0), frame(&path.join("100%d"), 1));
     assert_eq!(Sequence::open(&path.join("part")).unwrap().frames().len(), 3);
+    succeeds(path, &["import", "100%d.mkv", "--out", "every", "--every", "2"]);
+    assert_eq!(Sequence::open(&path.join("every")).unwrap().frames().len(), 3);
+    assert_eq!(frame(&path.join("every"), 2), frame(&path.join("100%d"), 4));
+}
+
+#[test]
+fn every_is_for_videos() {
+    let folder = tempfile::tempdir().unwrap();
+    images(&folder.path().join("photos"), 5);
+    fails(
+        folder.path(),
+        &["import", "photos", "--out", "seq", "--every", "2"],
+        2,
+        &["--every is for", "video"],
+    );
+}
+
+#[test]
+fn files_of_formats_that_are_not_read_get_one_message_and_one_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::create_dir(path.join("raw")).unwrap();
+    for name in ["raw/IMG_1.CR2", "raw/IMG_2.CR2"] {
+        fs::write(path.join(name), b"II*\0\x10\0\0\0CR\x02\0").unwrap();
+    }
+    fs::write(path.join("p.zip"), b"PK\x03\x04").unwrap();
+    fs::create_dir(path.join("phone")).unwrap();
+    for index in 0..3 {
+        fs::write(path.join(format!("phone/{index}.jpg")), b"\0\0\0\x18ftypheic\0\0\0\0").unwrap();
+    }
+    for (arguments, words) in [
+        (&["p.zip"][..], ["p.zip is a zip archive", "unzip"]),
+        (&["raw"], ["IMG_1.CR2 is a camera's raw image", "dcraw"]),
+        (&["raw/IMG_1.CR2"], ["IMG_1.CR2 is a camera's raw image", "dcraw"]),
+        (&["raw/IMG_1.CR2", "raw/IMG_2.CR2"], ["IMG_1.CR2 is a camera's raw image", "dcraw"]),
+        (&["phone"], ["0.jpg is a HEIC image", "heif-convert"]),
+    ] {
+        fails(path, &[&["import"], arguments, &["--out", "seq"]].concat(), 5, &words);
+    }
 }

@@ -5,6 +5,7 @@
 use std::path::Path;
 
 use crate::promises::{Bounds, Figures, Promise};
+use epirig_calibration::texture_motion::{Frames, texture_motion};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
@@ -12,7 +13,7 @@ use epirig_core::volume::Volume;
 use epirig_data::sequence::import::{ImportOptions, NoInspector, import, list_images};
 use epirig_data::sequence::{Sequence, load_volume};
 use epirig_matcher::evaluate::leave_out;
-use epirig_matcher::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume, tau_corrections};
+use epirig_matcher::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume};
 
 /// Photographs that are matched: the first and the last, and the least share of them that has to see a point. Differences are told per 40 frames: as if the baseline had 40 steps.
 #[derive(Clone, Copy)]
@@ -49,9 +50,6 @@ const WITHIN_1_AND_2: [f64; 2] = [0.65, 0.93];
 const PREDICTED: Promise = Promise::as_asked(Bounds::at_least(0.6));
 /// The first matcher's error.
 const PREDICTION_ERROR_DN: Promise = Promise::as_asked(Bounds::at_most(1.67));
-/// Rows from which the positions are found: a quarter of the image says enough of one number for each frame.
-const ROWS_FOR_TAU: std::ops::Range<usize> = 192..320;
-
 /// The photographs; `None` where they are not.
 fn photographs(used: Used, test: &str) -> Option<Volume> {
     let trees = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/trees");
@@ -82,20 +80,36 @@ fn matched(used: Used, volume: &Volume, frames: &[usize], reference: usize) -> D
 
 /// tau from the photographs' own texture. Steps of the photographer's stage were uneven by 1 %, which is 0.1 px of a disparity of 300 px, and
 /// not the same in odd and even frames; so both halves need true positions before they can agree.
-fn with_true_positions(used: Used, volume: &Volume) -> Volume {
+fn with_true_positions(volume: &Volume) -> Volume {
     let frames: Vec<usize> = (0..volume.frames()).collect();
-    let options = options(used, ReferenceFrame::Middle);
-    let mut tau = volume.tau().clone();
-    for _ in 0..2 {
-        let strip = volume.selected(&ROWS_FOR_TAU.collect::<Vec<_>>(), &frames, tau.clone());
-        let maps = match_volume(&strip, &options, &Silent).unwrap();
-        let corrections = tau_corrections(&strip, &maps).unwrap();
-        let corrected: Vec<f64> =
-            tau.values().iter().zip(&corrections).map(|(tau, found)| tau + found.correction).collect();
-        tau = Tau::from_positions(&corrected).unwrap();
-    }
+    let motion = texture_motion(&Shown(volume), 100_000).unwrap();
     let rows: Vec<usize> = (0..volume.rows()).collect();
-    volume.selected(&rows, &frames, tau)
+    volume.selected(&rows, &frames, Tau::from_positions(&motion.tau).unwrap())
+}
+
+/// Frames of 8 bit in a volume.
+struct Shown<'a>(&'a Volume);
+
+impl Frames for Shown<'_> {
+    fn count(&self) -> usize {
+        self.0.frames()
+    }
+
+    fn size(&self) -> (usize, usize) {
+        (self.0.rows(), self.0.columns())
+    }
+
+    fn picture(&self, index: usize, factor: usize) -> Grid<f32> {
+        let mut lines = vec![0.0; self.0.columns()];
+        let mut picture = Grid::filled(self.0.rows() / factor, self.0.columns() / factor, 0.0);
+        for row in 0..picture.rows() * factor {
+            self.0.copy_row(row, index, &mut lines);
+            for (mean, values) in picture.row_mut(row / factor).iter_mut().zip(lines.chunks_exact(factor)) {
+                *mean += values.iter().sum::<f32>() / (factor * factor) as f32;
+            }
+        }
+        picture
+    }
 }
 
 /// A pixel that both halves answer.
@@ -118,7 +132,7 @@ impl Halves {
     /// The middle frame is in both halves, so that both answer for the same pixels. It lies in the middle of both baselines, within half a step, where a frame says
     /// next to nothing of a line's slope: what the halves have in common does not make them agree.
     fn of(used: Used, test: &str) -> Option<Self> {
-        let volume = with_true_positions(used, &photographs(used, test)?);
+        let volume = with_true_positions(&photographs(used, test)?);
         let (last, middle) = (volume.frames() - 1, (volume.frames() - 1) / 2);
         let half =
             |odd: usize| -> Vec<usize> { (0..=last).filter(|&t| t % 2 == odd || t == middle).collect() };

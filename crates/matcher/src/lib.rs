@@ -17,7 +17,6 @@ mod matcher;
 pub mod normalise;
 mod options;
 mod outline;
-mod positions;
 mod profile;
 mod quick;
 pub mod range;
@@ -35,5 +34,4 @@ pub use options::{
     Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchError, MatchOptions,
     Method, Occlusion, OrderingConstraint, ReferenceFrame, Search, Surfaces,
 };
-pub use positions::{FramesApart, TauCorrection, tau_corrections};
 pub use profile::line_profile;

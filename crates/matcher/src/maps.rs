@@ -13,8 +13,8 @@ pub enum Answer {
     LeavesImage,
     /// The best candidate is the first or the last of the range: the right one may lie beyond it.
     BeyondRange,
-    /// Too little texture: the sigma of the disparity exceeds the limit, or noise alone explains the
-    /// gradients.
+    /// The sigma of the disparity exceeds the limit, or noise alone explains the gradients: there is too little
+    /// texture, or no line fits the texture that there is.
     NoTexture,
     /// Another candidate, far from the best, fits about as well, or no neighbour agrees.
     Ambiguous,

@@ -1,5 +1,6 @@
 //! What the images show of the motion, in words that name the images.
 
+use super::super::motion_words;
 use epirig_calibration::motion::{Doubt, MotionCheck};
 use epirig_core::frame::Frame;
 use epirig_data::sequence::import::{Chosen, Inspector, spans_of};
@@ -13,12 +14,25 @@ pub(super) struct Inspection {
     images: Vec<Chosen>,
     /// Whether the order was found from the motion, so that none is better.
     is_ordered: bool,
+    /// The command that measures positions.
+    calibrate: String,
+    /// Where the frames are taken to stand.
+    places: Vec<f64>,
+    /// Whether they do not, and their texture tells where they do.
+    pub(super) is_uneven: bool,
 }
 
 impl Inspection {
     /// An inspection of this number of frames.
-    pub(super) fn new(count: usize, is_ordered: bool) -> Self {
-        Self { check: MotionCheck::new(count), images: Vec::new(), is_ordered }
+    pub(super) fn new(count: usize, is_ordered: bool, calibrate: String) -> Self {
+        Self {
+            check: MotionCheck::new(count),
+            images: Vec::new(),
+            is_ordered,
+            calibrate,
+            places: Vec::new(),
+            is_uneven: false,
+        }
     }
 
     fn name(&self, frame: usize) -> String {
@@ -50,10 +64,6 @@ impl Inspection {
             Doubt::Vertical => {
                 "what moves goes along the columns, and a match needs motion along the rows; import with --rotate 90".to_owned()
             }
-            Doubt::Oblique(degrees) => format!(
-                "what moves goes at {degrees:.0} degrees to the rows, and a match needs motion along them; turn the camera, or turn the images \
-                 by that angle in an image program"
-            ),
             Doubt::Disorder(_) if self.is_ordered => return None,
             Doubt::Disorder(order) => {
                 let place = (1..order.len()).find(|&place| order[place].abs_diff(order[place - 1]) != 1)?;
@@ -74,19 +84,21 @@ impl Inspection {
                     self.name(*frame)
                 )
             }
-            _ => return None,
+            other => return motion_words::words(other, &|frame| self.name(frame), &self.calibrate),
         })
     }
 }
 
 impl Inspector for Inspection {
-    fn look(&mut self, image: &Chosen, frame: &Frame) {
+    fn look(&mut self, image: &Chosen, frame: &Frame, position_mm: Option<f64>) {
         self.check.look(frame);
+        self.places.push(position_mm.unwrap_or(self.images.len() as f64));
         self.images.push(image.clone());
     }
 
     fn findings(&mut self) -> Vec<String> {
-        let motion = self.check.motion();
+        let motion = self.check.motion_at(&self.places);
+        self.is_uneven = motion.doubts.iter().any(|doubt| matches!(doubt, Doubt::Uneven { .. }));
         motion.doubts.iter().filter_map(|doubt| self.words(doubt)).collect()
     }
 }

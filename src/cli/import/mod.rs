@@ -39,7 +39,7 @@ use video::Video;
     after_help = "Examples:
   epirig import photos/ --out seq
   epirig import 'photos/*.jpg' --out seq
-  epirig import scan.mp4 --out seq                            needs the program ffmpeg
+  epirig import scan.mp4 --out seq --every 10                 needs the program ffmpeg
   epirig import photos/ --out seq --frames 40..80 --exclude 47,52..53
   epirig import photos/ --out seq --sort time --rotate 90     names in disorder, motion upwards
   epirig import photos/ --out seq --step-mm 1.5 --focal-length-px 2844
@@ -58,6 +58,9 @@ pub(super) struct Import {
     /// Folder of the new sequence
     #[arg(long, value_name = "SEQ")]
     out: PathBuf,
+    /// Of a video, take every N-th frame only, from the first on; --frames and --step-mm count those
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    every: u32,
     /// What the images are sorted by
     #[arg(long, value_parser = choice::<Sorting>(), default_value_t = Sorting::Name)]
     sort: Sorting,
@@ -159,7 +162,8 @@ impl Import {
             (options.frames, options.exclude) = (None, Vec::new());
             sort_by_motion(&mut listing)?;
         }
-        let mut inspection = Inspection::new(chosen.len(), self.sort == Sorting::Motion);
+        let measure = format!("epirig calibrate {} --positions texture", quoted(&self.out));
+        let mut inspection = Inspection::new(chosen.len(), self.sort == Sorting::Motion, measure);
         let imported = import(&listing, &self.out, &options, &mut inspection, talk)?;
         drop(video);
         for conversion in &imported.conversions {
@@ -192,14 +196,15 @@ impl Import {
         }
         if imported.has_gaps && options.step_mm.is_none() && options.positions.is_none() {
             talk.say(
-                "note: the images beside one that was left out now count as one step apart; if they are two, give --step-mm or --positions",
+                "note: the images beside one that was left out now count as one step apart; if they are two, give --step-mm or --positions, \
+                 or measure the positions with `epirig calibrate --positions texture`",
             );
         }
         if let Some(first) = imported.holes.first() {
             let count = imported.holes.len();
             talk.say(&format!(
                 "note: {count} name(s) are missing in the numbering, such as {first}: if a frame is missing there, every later one is off by a step; \
-                 give the positions with --positions then"
+                 give --positions then, or measure them with `epirig calibrate --positions texture`"
             ));
         }
         let planned_mm = profile.as_ref().and_then(|profile| profile.plan.step_mm);
@@ -227,7 +232,7 @@ impl Import {
                 imported.rows,
                 imported.bit_depth,
                 calibration_frames(&imported),
-                next(&self.out, profile.as_ref(), &imported)
+                next(&self.out, profile.as_ref(), &imported, inspection.is_uneven)
             )
         })
     }
@@ -237,7 +242,7 @@ impl Import {
         match &self.images[..] {
             [path] if video::is_video_name(path) && path.is_file() => {
                 let most = self.frames.map(|(_, last)| last.saturating_add(1));
-                Ok(Some(Video::extract(path, &self.out, most, talk)?))
+                Ok(Some(Video::extract(path, &self.out, (self.every as usize, most), talk)?))
             }
             images => match images.iter().find(|path| video::is_video_name(path) && path.is_file()) {
                 Some(path) => Err(CliError::Usage(format!(
@@ -269,11 +274,14 @@ impl Import {
     }
 }
 
-/// The next command: calibration if there is anything to calibrate with, else the match.
-fn next(out: &Path, profile: Option<&Profile>, imported: &Imported) -> String {
+/// The next command: calibration if there is anything to calibrate with or to measure, else the match.
+fn next(out: &Path, profile: Option<&Profile>, imported: &Imported, is_uneven: bool) -> String {
     let has_target = profile.is_some_and(|profile| profile.target.print.is_some());
     match has_target || !imported.calibration_frames.is_empty() {
+        // A target tells the positions.
+        true if is_uneven && !has_target => format!("calibrate {} --positions texture", quoted(out)),
         true => format!("calibrate {}", quoted(out)),
+        false if is_uneven => format!("calibrate {} --positions texture", quoted(out)),
         false => format!("match {}", quoted(out)),
     }
 }

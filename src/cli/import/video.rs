@@ -16,6 +16,10 @@ const WIDE: [&str; 10] = ["9le", "9be", "10le", "10be", "12le", "12be", "14le", 
 /// How frames keep their number: none is repeated or left out to keep a rate. The second is that of ffmpeg
 /// before version 5.1.
 const ALL_FRAMES: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
+/// A video of more frames than this is said to have many ...
+const MANY: f64 = 400.0;
+/// ... of which about so many are enough: twice as many make a map less than 1.5 times as good.
+const ENOUGH: f64 = 100.0;
 /// Names of the frames.
 const NAMES: &str = "frame_%06d.png";
 
@@ -31,14 +35,21 @@ pub(super) struct Video {
 }
 
 impl Video {
-    /// Extracts the frames, the first `most` of them if it is given, into a hidden folder beside `out`.
+    /// Extracts every `every`-th frame, the first `most` of them if it is given, into a hidden folder beside `out`.
     pub(super) fn extract(
         path: &Path,
         out: &Path,
-        most: Option<usize>,
+        (every, most): (usize, Option<usize>),
         talk: &Talk,
     ) -> Result<Self, CliError> {
-        let wide = is_wide(path)?;
+        let Described { wide, frames } = describe(path)?;
+        let taken = frames.map(|frames| frames / every as f64).filter(|_| most.is_none());
+        if let Some(taken) = taken.filter(|taken| *taken > MANY) {
+            talk.say(&format!(
+                "hint: these are about {taken:.0} frames, and about {ENOUGH:.0} are enough for most scans: --every {:.0} takes so many",
+                (every as f64 * taken / ENOUGH).round()
+            ));
+        }
         let scratch = Scratch::beside(out).map_err(|(path, source)| CliError::File {
             path,
             action: "make a folder in",
@@ -52,6 +63,9 @@ impl Video {
             command
                 .args(["-map", "0:v:0", "-pix_fmt", if wide { "gray16be" } else { "gray" }])
                 .args(all_frames);
+            if every > 1 {
+                command.args(["-vf", &format!("select=not(mod(n\\,{every}))")]);
+            }
             if let Some(most) = most {
                 command.args(["-frames:v", &most.to_string()]);
             }
@@ -80,15 +94,32 @@ impl Video {
     }
 }
 
-/// Whether the samples of the video have more than 8 bit, as ffmpeg describes it.
-fn is_wide(path: &Path) -> Result<bool, CliError> {
+/// What ffmpeg says of a video.
+struct Described {
+    /// Whether its samples have more than 8 bit.
+    wide: bool,
+    /// About how many frames it has, if its length and its rate are told.
+    frames: Option<f64>,
+}
+
+fn describe(path: &Path) -> Result<Described, CliError> {
     // Without an output it ends with an error, after it has described the input.
     let said = run(ffmpeg("info", path)?, path)?;
     let said = String::from_utf8_lossy(&said.stderr).into_owned();
     let video = said.lines().find(|line| line.contains("Video:"));
     let video = video.ok_or_else(|| refused(path, &said))?;
     let words = video.split(|letter: char| !letter.is_ascii_alphanumeric());
-    Ok(words.into_iter().any(|word| WIDE.iter().any(|wide| word.ends_with(wide))))
+    let wide = words.into_iter().any(|word| WIDE.iter().any(|wide| word.ends_with(wide)));
+    Ok(Described { wide, frames: frames_of(&said, video) })
+}
+
+/// Length times rate: `Duration: 00:01:00.50, ...` and `..., 29.97 fps, ...`.
+fn frames_of(said: &str, video: &str) -> Option<f64> {
+    let length = said.split_once("Duration: ")?.1.split(',').next()?;
+    let parts: Option<Vec<f64>> = length.split(':').map(|part| part.trim().parse().ok()).collect();
+    let seconds = parts?.iter().fold(0.0, |sum, part| 60.0 * sum + part);
+    let rate = video.split(',').find_map(|part| part.trim().strip_suffix(" fps")?.parse::<f64>().ok())?;
+    Some(seconds * rate)
 }
 
 /// ffmpeg, which reads the video and says as much as `level`.
@@ -149,6 +180,14 @@ fn last_line(said: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_number_of_frames_is_told_by_length_and_rate() {
+        let said = "  Duration: 00:01:00.50, start: 0.000000, bitrate: 12 kb/s\n";
+        let video = "  Stream #0:0: Video: h264 (High), yuv420p, 1280x720, 29.97 fps, 30 tbr";
+        assert!((frames_of(said, video).unwrap() - 60.5 * 29.97).abs() < 1e-9);
+        assert_eq!(frames_of("  Duration: N/A, bitrate: N/A", video), None);
+    }
 
     #[test]
     fn names_of_videos_and_names_for_shells() {

@@ -105,7 +105,7 @@ fn answers(report: &Report<'_>) -> Markup {
         ("answered", matched.answered),
         ("the point leaves the image", matched.leaves_image),
         ("best candidate at an end of the range", matched.beyond_range),
-        ("too little texture", matched.no_texture),
+        ("too uncertain: little texture, or no line fits", matched.no_texture),
         ("occluded in too many frames", matched.occluded),
         ("ambiguous", matched.ambiguous),
     ];

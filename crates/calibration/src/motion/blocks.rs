@@ -1,6 +1,8 @@
 //! How far parts of a picture have moved: block matching by correlation, coarse and then fine.
 
-use super::reduced::{Reduced, Small};
+use super::reduced::Reduced;
+use crate::block::Block;
+use epirig_core::grid::Grid;
 
 /// Side of a block and distance of blocks, in pixels of the coarse picture.
 const SIDE: usize = 20;
@@ -13,8 +15,6 @@ const LEAST_CORRELATION: f32 = 0.7;
 const AMBIGUOUS: f32 = 0.06;
 /// Fall of the correlation from its peak to one pixel beside it: less leaves the shift along that axis open.
 const LEAST_FALL: f32 = 0.004;
-/// Least standard deviation of a block with texture, in DN of 8 bit or as a share of its mean.
-const LEAST_CONTRAST_DN: f32 = 1.0;
 
 /// A block that was found again.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,8 +36,8 @@ pub(super) struct Shifts {
 /// Shifts of the blocks of `from` on their way to `to`.
 pub(super) fn shifts(from: &Reduced, to: &Reduced) -> Shifts {
     let mut shifts = Shifts::default();
-    let (rows, columns) = (from.coarse.rows, from.coarse.columns);
-    if (to.coarse.rows, to.coarse.columns) != (rows, columns) {
+    let (rows, columns) = (from.coarse.rows(), from.coarse.columns());
+    if (to.coarse.rows(), to.coarse.columns()) != (rows, columns) {
         return shifts;
     }
     for top in (0..rows.saturating_sub(SIDE - 1)).step_by(PITCH) {
@@ -52,58 +52,8 @@ pub(super) fn shifts(from: &Reduced, to: &Reduced) -> Shifts {
     shifts
 }
 
-/// A square of a picture without its mean.
-struct Block {
-    top: usize,
-    left: usize,
-    side: usize,
-    values: Vec<f32>,
-    /// Root of the sum of the squares.
-    norm: f32,
-}
-
-impl Block {
-    fn of(picture: &Small, top: usize, left: usize, side: usize) -> Option<Self> {
-        let mut values = Vec::with_capacity(side * side);
-        (0..side).for_each(|row| values.extend_from_slice(picture.row(top + row, left, side)));
-        let mean = values.iter().sum::<f32>() / values.len() as f32;
-        values.iter_mut().for_each(|value| *value -= mean);
-        let norm = values.iter().map(|value| value * value).sum::<f32>().sqrt();
-        let contrast = norm / side as f32;
-        (contrast >= LEAST_CONTRAST_DN).then_some(Self { top, left, side, values, norm })
-    }
-
-    /// The correlation with the square that is (x, y) farther in `picture`; `None` beyond its border.
-    fn correlation(&self, picture: &Small, x: isize, y: isize) -> Option<f32> {
-        let top = self.top.checked_add_signed(y)?;
-        let left = self.left.checked_add_signed(x)?;
-        if top + self.side > picture.rows || left + self.side > picture.columns {
-            return None;
-        }
-        let (mut sum, mut squares, mut product) = (0.0_f32, 0.0_f32, 0.0_f32);
-        for (row, values) in self.values.chunks_exact(self.side).enumerate() {
-            // Sums of lanes, which are added several at a time.
-            const LANES: usize = 4;
-            let other = picture.row(top + row, left, self.side);
-            let mut lanes = [[0.0_f32; LANES]; 3];
-            for (ours, theirs) in values.chunks_exact(LANES).zip(other.chunks_exact(LANES)) {
-                for lane in 0..LANES {
-                    lanes[0][lane] += theirs[lane];
-                    lanes[1][lane] += theirs[lane] * theirs[lane];
-                    lanes[2][lane] += ours[lane] * theirs[lane];
-                }
-            }
-            sum += lanes[0].iter().sum::<f32>();
-            squares += lanes[1].iter().sum::<f32>();
-            product += lanes[2].iter().sum::<f32>();
-        }
-        let variance = squares - sum * sum / self.values.len() as f32;
-        (variance > 0.0).then(|| product / (self.norm * variance.sqrt()))
-    }
-}
-
 /// The shift by whole pixels at which the block correlates best, if no other does nearly as well.
-fn coarse_shift(block: &Block, to: &Small) -> Option<(isize, isize)> {
+fn coarse_shift(block: &Block, to: &Grid<f32>) -> Option<(isize, isize)> {
     let all = (-REACH..=REACH).flat_map(|y| (-REACH..=REACH).map(move |x| (x, y)));
     let tried: Vec<_> = all.filter_map(|(x, y)| Some((block.correlation(to, x, y)?, x, y))).collect();
     let &(best, x, y) = tried.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -19,8 +19,26 @@ pub enum Doubt {
     Still,
     /// What moves goes along the columns.
     Vertical,
-    /// What moves goes along neither rows nor columns: at so many degrees to the rows.
-    Oblique(f64),
+    /// What moves goes not along the rows.
+    Oblique {
+        /// Its angle to the rows, in degrees: positive if what goes to the right goes down, too.
+        degrees: f64,
+        /// How far it goes across the rows from the first frame to the last, in px; `None` if it could only be
+        /// measured roughly.
+        drift_px: Option<f64>,
+    },
+    /// Frames do not stand where they are taken to stand.
+    Uneven {
+        /// Root mean square of how far they stand from there, in px of a typical point.
+        displacement_px: f64,
+        /// Root mean square by which steps differ, as a share of a step, but for gaps; 0 if that is not significant.
+        share: f64,
+        /// Steps that are much longer than the others: the frame before, the one after, and how many steps.
+        gaps: Vec<(usize, usize, f64)>,
+    },
+    /// These frames stand where the ones before them do, or before those; with the step that led to them, in usual
+    /// steps.
+    Returns(Vec<(usize, f64)>),
     /// The frames are not in the order of the motion; this order of them is.
     Disorder(Vec<usize>),
     /// The motion turns round at this frame.

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::along;
 use super::blocks::{Shift, Shifts, shifts};
 use super::doubt::{Doubt, Motion};
 use super::order::Distances;
@@ -56,7 +57,7 @@ impl<'a> Judge<'a> {
         path.into_iter().map(|place| self.frames[place].0).collect()
     }
 
-    pub(super) fn motion(mut self) -> Motion {
+    pub(super) fn motion(mut self, places: &[f64]) -> Motion {
         let mut motion = Motion::default();
         if self.frames.len() < 2 {
             return motion;
@@ -92,8 +93,18 @@ impl<'a> Judge<'a> {
         motion.step_px = Some((signed(|shift| shift.0) * pixels, signed(|shift| shift.1) * pixels));
         if y > VERTICAL * x && y >= MOVES_PX {
             motion.doubts.push(Doubt::Vertical);
+            return motion;
+        }
+        let followed = if motion.doubts.is_empty() { along::measured(&self.frames) } else { None };
+        if let Some((followed, looked)) = followed {
+            let numbers: Vec<usize> = looked.iter().map(|&place| self.frames[place].0).collect();
+            let given: Vec<f64> = numbers.iter().filter_map(|&number| places.get(number).copied()).collect();
+            if given.len() == numbers.len() {
+                motion.doubts.extend(along::doubts(&followed, &numbers, &given));
+            }
         } else if y > OBLIQUE * x && y >= MOVES_PX {
-            motion.doubts.push(Doubt::Oblique(f64::from(y.atan2(x)).to_degrees()));
+            let degrees = (signed(|shift| shift.1) / signed(|shift| shift.0)).atan().to_degrees();
+            motion.doubts.push(Doubt::Oblique { degrees, drift_px: None });
         }
         motion
     }
@@ -288,13 +299,13 @@ fn moving(shifts: &Shifts) -> Moved {
 fn cell_changes(from: &Reduced, to: &Reduced) -> Vec<f32> {
     let (from, to) = (&from.fine, &to.fine);
     let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len().max(1) as f32;
-    let light = mean(&from.values) / mean(&to.values).max(1e-3);
+    let light = mean(from.values()) / mean(to.values()).max(1e-3);
     let cells =
-        (0..from.rows / CELL).flat_map(|row| (0..from.columns / CELL).map(move |column| (row, column)));
+        (0..from.rows() / CELL).flat_map(|row| (0..from.columns() / CELL).map(move |column| (row, column)));
     let change = |(row, column): (usize, usize)| {
         let rows = (0..CELL).map(|line| {
-            let from = from.row(row * CELL + line, column * CELL, CELL);
-            let to = to.row(row * CELL + line, column * CELL, CELL);
+            let from = &from.row(row * CELL + line)[column * CELL..][..CELL];
+            let to = &to.row(row * CELL + line)[column * CELL..][..CELL];
             from.iter().zip(to).map(|(from, to)| (from - light * to).powi(2)).sum::<f32>()
         });
         (rows.sum::<f32>() / (CELL * CELL) as f32).sqrt()

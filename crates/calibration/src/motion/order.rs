@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::reduced::{Reduced, Small};
+use super::reduced::Reduced;
+use crate::reduction::reduced;
+use epirig_core::grid::Grid;
 
 /// Longest side of the pictures that are compared all with all; and how often they are halved.
 const LONGEST: usize = 64;
@@ -20,17 +22,17 @@ pub(super) struct Distances {
 impl Distances {
     pub(super) fn of(pictures: &[&Reduced]) -> Self {
         let count = pictures.len();
-        let mut small: Vec<Small> = pictures
+        let mut small: Vec<Grid<f32>> = pictures
             .par_iter()
             .map(|picture| {
-                let longest = picture.coarse.rows.max(picture.coarse.columns);
-                picture.coarse.reduced(longest.div_ceil(LONGEST).max(1))
+                let longest = picture.coarse.rows().max(picture.coarse.columns());
+                reduced(&picture.coarse, longest.div_ceil(LONGEST).max(1))
             })
             .collect();
         let mut values = vec![0.0; count * count];
         for level in 0..=HALVINGS {
             if level > 0 {
-                small.par_iter_mut().for_each(|picture| *picture = picture.reduced(2));
+                small.par_iter_mut().for_each(|picture| *picture = reduced(picture, 2));
             }
             add_distances(&small, &mut values);
         }
@@ -111,10 +113,10 @@ impl Distances {
 }
 
 /// Adds the mean squared differences of pictures without the mean of all, over twice their mean square.
-fn add_distances(pictures: &[Small], sums: &mut [f32]) {
+fn add_distances(pictures: &[Grid<f32>], sums: &mut [f32]) {
     let count = pictures.len();
-    let pixels = pictures.first().map_or(0, |picture| picture.values.len());
-    let mut changes: Vec<Vec<f32>> = pictures.iter().map(|picture| without_light(&picture.values)).collect();
+    let pixels = pictures.first().map_or(0, |picture| picture.values().len());
+    let mut changes: Vec<Vec<f32>> = pictures.iter().map(|picture| without_light(picture.values())).collect();
     // What stays in all of them, such as a background, tells nothing.
     let mut mean = vec![0.0_f32; pixels];
     changes.iter().for_each(|values| mean.iter_mut().zip(values).for_each(|(sum, value)| *sum += value));

@@ -132,11 +132,21 @@ fn motion_of_another_direction_is_told() {
         for step in [0.4, -14.0] {
             assert_eq!(doubts(&moved(&texture, steps(14, 0.0, step))), [Doubt::Vertical], "{step}");
             match &doubts(&moved(&texture, steps(14, step, step)))[..] {
-                [Doubt::Oblique(degrees)] => assert!((degrees - 45.0).abs() < 5.0, "{degrees}"),
+                [Doubt::Oblique { degrees, .. }] => assert!((degrees - 45.0).abs() < 5.0, "{degrees}"),
                 other => panic!("{step}: {other:?}"),
             }
-            // A camera that is a degree out of its place.
-            assert_eq!(doubts(&moved(&texture, steps(14, step, 0.02 * step))), []);
+            // A camera that is a degree out of its place, either way.
+            for turn in [0.02, -0.02_f64] {
+                match &doubts(&moved(&texture, steps(14, step, turn * step)))[..] {
+                    [Doubt::Oblique { degrees, drift_px: Some(drift_px) }] => {
+                        assert!((degrees - turn.atan().to_degrees()).abs() < 0.1, "{degrees}");
+                        assert!((drift_px - 13.0 * (turn * step).abs()).abs() < 0.1, "{drift_px}");
+                    }
+                    // 0.1 px over all frames costs less than noise.
+                    other => assert!(step == 0.4 && other.is_empty(), "{step}: {other:?}"),
+                }
+            }
+            assert_eq!(doubts(&moved(&texture, steps(14, step, 0.0005 * step))), []);
         }
     }
 }
@@ -206,4 +216,39 @@ fn what_repeats_and_what_drifts_is_not_called_wrong() {
         exposed(index, light, |x, y| texture.at(x - 2.0 * index as f64, y) + 0.05 * x * index as f64)
     };
     assert_eq!(doubts(&(0..14).map(fading).collect::<Vec<_>>()), []);
+}
+
+#[test]
+fn steps_that_differ_are_told_with_their_gaps() {
+    let even = |count: usize| (0..count).map(|index| 6.0 * index as f64).collect::<Vec<f64>>();
+    let seen = |places: &[f64]| doubts(&moved(&fine(21), places.iter().map(|&x| (x, 0.0))));
+    assert_eq!(seen(&even(14)), []);
+    let mut gap = even(16);
+    gap.drain(5..7);
+    match &seen(&gap)[..] {
+        [Doubt::Uneven { gaps, share, .. }] => {
+            assert!(matches!(gaps[..], [(4, 5, steps)] if (steps - 3.0).abs() < 0.05), "{gaps:?}");
+            assert_eq!(*share, 0.0);
+        }
+        other => panic!("{other:?}"),
+    }
+    let by_hand: Vec<f64> =
+        even(14).iter().enumerate().map(|(index, x)| x + if index % 3 == 1 { 0.9 } else { 0.0 }).collect();
+    match &seen(&by_hand)[..] {
+        // Two steps of three are 15 % off.
+        [Doubt::Uneven { gaps, share, displacement_px }] => {
+            assert!(gaps.is_empty() && (share - 0.124).abs() < 0.02, "{share} {gaps:?}");
+            assert!((displacement_px - 0.43).abs() < 0.1, "{displacement_px}");
+        }
+        other => panic!("{other:?}"),
+    }
+    // Where they are taken to stand there, nothing is wrong.
+    let mut check = MotionCheck::new(gap.len());
+    moved(&fine(21), gap.iter().map(|&x| (x, 0.0))).iter().for_each(|frame| check.look(frame));
+    assert_eq!(check.motion_at(&gap).doubts, []);
+    let mut repeated = even(14);
+    repeated.insert(6, repeated[5]);
+    assert!(
+        matches!(&seen(&repeated)[..], [Doubt::Returns(frames)] if frames.len() == 1 && frames[0].0 == 6)
+    );
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::pixels::image_formats;
+use super::pixels::{ForeignFormat, image_formats};
 use crate::storage::{ReadError, RecordError, is_in_place};
 use epirig_core::frame::FrameError;
 use epirig_core::shell::quoted;
@@ -92,6 +92,19 @@ pub enum SequenceError {
     NoImages {
         /// The folder.
         path: PathBuf,
+    },
+    /// Files of a format that is not read.
+    #[error(
+        "{} is {}{}, which is not read; make images of {} ({}), and import those: {}",
+        path.display(), format.name, others(*count), if *count > 1 { "all" } else { "it" }, image_formats(), format.convert
+    )]
+    ForeignFormat {
+        /// The first of them.
+        path: PathBuf,
+        /// What it is.
+        format: &'static ForeignFormat,
+        /// How many there are.
+        count: usize,
     },
     /// A pattern that no file fits.
     #[error("{}: {reason}; check the folder and the ending", pattern.display())]
@@ -338,6 +351,15 @@ impl SequenceError {
     pub(super) fn io(action: &'static str, path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         move |source| Self::Io { action, path, source }
+    }
+}
+
+/// Files of the same kind beside the one that is named.
+fn others(count: usize) -> String {
+    match count {
+        0 | 1 => String::new(),
+        2 => " (and so is 1 other)".to_owned(),
+        count => format!(" (and so are {} others)", count - 1),
     }
 }
 

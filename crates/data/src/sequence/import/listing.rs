@@ -2,10 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use super::super::error::SequenceError;
-use super::super::pixels::is_image_name;
+use super::super::pixels::{TELLING_BYTES, foreign_format, foreign_name, is_image_name};
+use super::numbering::refuse_foreign;
 use super::order::{SortOrder, by_name, natural_order, sort};
 use crate::storage::kind;
 
@@ -49,12 +51,14 @@ fn folder_of(image: &Path) -> PathBuf {
 /// of an image has no file behind it.
 pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
     let (mut images, mut hidden, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
+    let mut foreign = Vec::new();
     for entry in fs::read_dir(folder).map_err(SequenceError::io("look into", folder))? {
         let path = entry.map_err(SequenceError::io("look into", folder))?.path();
+        let name = name(&path);
         if !is_image_name(&path) {
+            foreign.extend((foreign_name(&path).is_some() && !name.starts_with('.')).then_some(path));
             continue;
         }
-        let name = name(&path);
         match fs::metadata(&path) {
             _ if name.starts_with('.') => hidden.push(name),
             Ok(metadata) if metadata.is_file() => images.push(path),
@@ -68,6 +72,7 @@ pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
         return Err(SequenceError::NotFiles { folder: folder.to_owned(), found: wrong });
     }
     if images.is_empty() {
+        refuse_foreign(foreign)?;
         return Err(SequenceError::NoImages { path: folder.to_owned() });
     }
     images.sort_by(|a, b| by_name(a, b));
@@ -99,7 +104,10 @@ pub fn find_images(arguments: &[PathBuf], order: SortOrder) -> Result<Listing, S
                 found.whole.extend(whole);
                 images
             }
-            Ok(_) => vec![argument.clone()],
+            Ok(_) => {
+                refuse_foreign_file(argument)?;
+                vec![argument.clone()]
+            }
             Err(error) => match pattern_of(argument) {
                 Some(pattern) => matches(argument, pattern)?,
                 None => return Err(SequenceError::io("look into", argument)(error)),
@@ -114,6 +122,17 @@ pub fn find_images(arguments: &[PathBuf], order: SortOrder) -> Result<Listing, S
     }
     found.untimed = sort(&mut found.images, order)?;
     Ok(found)
+}
+
+/// Refuses a file of a format that is not read, whatever its name is.
+fn refuse_foreign_file(path: &Path) -> Result<(), SequenceError> {
+    let mut begin = Vec::new();
+    let file = fs::File::open(path).map_err(SequenceError::io("read", path))?;
+    file.take(TELLING_BYTES).read_to_end(&mut begin).map_err(SequenceError::io("read", path))?;
+    match foreign_format(path, &begin) {
+        Some(format) => Err(SequenceError::ForeignFormat { path: path.to_owned(), format, count: 1 }),
+        None => Ok(()),
+    }
 }
 
 /// The argument as a pattern, if it has what only patterns have.
@@ -143,6 +162,7 @@ fn matches(argument: &Path, pattern: &str) -> Result<Vec<PathBuf>, SequenceError
     if images.is_empty() {
         return Err(no_match("no file fits it".to_owned()));
     }
+    images.iter().try_for_each(|image| refuse_foreign_file(image))?;
     images.sort_by(|a, b| by_name(a, b));
     Ok(images)
 }
@@ -178,6 +198,38 @@ mod tests {
         assert!(matches!(error("c*.png"), SequenceError::NoMatch { .. }));
         assert!(matches!(error("a***.png"), SequenceError::NoMatch { .. }));
         assert!(matches!(error("nowhere.png"), SequenceError::Io { .. }));
+    }
+
+    #[test]
+    fn formats_that_are_not_read_are_named_wherever_they_are_given() {
+        let place = tempfile::tempdir().unwrap();
+        let path = |name: &str| place.path().join(name);
+        fs::create_dir(path("raw")).unwrap();
+        fs::create_dir(path("empty")).unwrap();
+        for name in ["raw/IMG_10.CR2", "raw/IMG_9.CR2", "raw/notes.txt", "empty/notes.txt"] {
+            fs::write(path(name), "").unwrap();
+        }
+        fs::write(path("a1.jpg"), b"\0\0\0\x18ftypheic").unwrap();
+        fs::write(path("p.zip"), b"PK\x03\x04").unwrap();
+        let words = |arguments: &[&str]| {
+            let arguments: Vec<PathBuf> = arguments.iter().map(|name| path(name)).collect();
+            match find_images(&arguments, SortOrder::Name).unwrap_err() {
+                error @ SequenceError::ForeignFormat { .. } => error.to_string(),
+                error => panic!("{error}"),
+            }
+        };
+        let folder = words(&["raw"]);
+        assert!(
+            folder.contains("IMG_9.CR2 is a camera's raw image") && folder.contains("1 other"),
+            "{folder}"
+        );
+        assert!(folder.contains("dcraw"), "{folder}");
+        for arguments in [&["raw/IMG_9.CR2"][..], &["raw/IMG_9.CR2", "raw/IMG_10.CR2"], &["raw/*.CR2"]] {
+            assert!(words(arguments).contains("IMG_9.CR2 is a camera's raw image"), "{arguments:?}");
+        }
+        assert!(words(&["p.zip"]).contains("unzip"));
+        assert!(words(&["a*.jpg"]).contains("heif-convert"));
+        assert!(matches!(list_images(&path("empty")), Err(SequenceError::NoImages { .. })));
     }
 
     #[test]

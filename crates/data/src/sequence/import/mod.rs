@@ -17,7 +17,7 @@ use jiff::civil::DateTime;
 use super::clock::{new_uid, now};
 use super::error::SequenceError;
 use super::pixels::{
-    DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, header, time_taken, with_bit_depth,
+    DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, foreign_format, header, time_taken, with_bit_depth,
 };
 use super::positions::read_positions;
 use super::reader::{MOST_FRAMES, START, describe};
@@ -39,8 +39,8 @@ pub use selection::{Chosen, Span, choose, spans_of};
 
 /// Looks at the frames while they are imported.
 pub trait Inspector {
-    /// The next frame of the sequence, and the image that it is made of.
-    fn look(&mut self, image: &Chosen, frame: &Frame);
+    /// The next frame of the sequence, the image that it is made of, and its position if that is given.
+    fn look(&mut self, image: &Chosen, frame: &Frame, position_mm: Option<f64>);
 
     /// What was found in all of them, one sentence each.
     fn findings(&mut self) -> Vec<String>;
@@ -51,7 +51,7 @@ pub trait Inspector {
 pub struct NoInspector;
 
 impl Inspector for NoInspector {
-    fn look(&mut self, _: &Chosen, _: &Frame) {}
+    fn look(&mut self, _: &Chosen, _: &Frame, _: Option<f64>) {}
 
     fn findings(&mut self) -> Vec<String> {
         Vec::new()
@@ -152,6 +152,7 @@ pub fn import(
     }
     let first = &images[0].path;
     let bytes = read_file(first, LARGEST_IMAGE)?;
+    refuse_foreign_bytes(first, &bytes)?;
     let stored = header(&bytes).map_err(fault_of(first))?;
     let head = decode(first, &bytes, options)?;
     drop(bytes);
@@ -177,7 +178,7 @@ pub fn import(
     for (index, image) in images.iter().enumerate() {
         let position_mm = positions_mm.as_ref().map(|positions| positions[index]);
         let frame = import.take(FrameKind::Scan, index, image, position_mm)?;
-        inspector.look(image, &frame);
+        inspector.look(image, &frame, position_mm);
         progress.advance(1);
     }
     for (kind, images) in &calibration {
@@ -245,6 +246,7 @@ impl Import<'_> {
     ) -> Result<Frame, SequenceError> {
         let path = &chosen.path;
         let bytes = read_file(path, LARGEST_IMAGE)?;
+        refuse_foreign_bytes(path, &bytes)?;
         let stored = header(&bytes).map_err(fault_of(path))?;
         let stored = describe(stored.rows, stored.columns, stored.bits);
         if stored != self.stored {
@@ -349,6 +351,14 @@ fn decode(path: &Path, bytes: &[u8], options: &ImportOptions) -> Result<DecodedI
         image.usable_as_is = false;
     }
     Ok(image)
+}
+
+/// Refuses a file of a format that is not read, which its name does not tell.
+fn refuse_foreign_bytes(path: &Path, bytes: &[u8]) -> Result<(), SequenceError> {
+    match foreign_format(path, bytes) {
+        Some(format) => Err(SequenceError::ForeignFormat { path: path.to_owned(), format, count: 1 }),
+        None => Ok(()),
+    }
 }
 
 fn fault_of(path: &Path) -> impl FnOnce(ImageFault) -> SequenceError {

@@ -5,14 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::super::error::SequenceError;
-use super::super::pixels::image_formats;
+use super::super::pixels::foreign_name;
+use super::order::by_name;
 
 /// Most holes that are named.
 const MOST: usize = 100;
-
-/// Formats of images that are not read.
-const OTHER_FORMATS: [&str; 13] =
-    ["gif", "webp", "heic", "heif", "avif", "jp2", "jxl", "dng", "raw", "nef", "cr2", "arw", "exr"];
 
 /// Names, without ending, that `images` lack between the first and the last, if their names differ by a number alone.
 pub(super) fn holes(images: &[PathBuf]) -> Vec<String> {
@@ -39,20 +36,26 @@ pub(super) fn refuse_other_images(folder: &Path, images: &[PathBuf]) -> Result<(
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).map_err(SequenceError::io("look into", folder))? {
         let path = entry.map_err(SequenceError::io("look into", folder))?.path();
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        let is_frame = OTHER_FORMATS.contains(&&*ending)
+        let is_frame = foreign_name(&path).is_some()
             && Stem::of(&path).is_some_and(|stem| stem.is_like(&first))
             // Cameras write a raw image beside one that is read.
             && !read.contains(&path.file_stem());
         if is_frame {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            found.push(format!("{name} is an image of a format that is not read ({} are)", image_formats()));
+            found.push(path);
         }
     }
-    found.sort();
-    match found.is_empty() {
-        true => Ok(()),
-        false => Err(SequenceError::NotFiles { folder: folder.to_owned(), found }),
+    refuse_foreign(found)
+}
+
+/// Refuses files whose names tell a format that is not read.
+pub(super) fn refuse_foreign(mut paths: Vec<PathBuf>) -> Result<(), SequenceError> {
+    paths.sort_by(|a, b| by_name(a, b));
+    let first = paths.iter().find_map(|path| Some((path, foreign_name(path)?)));
+    match first {
+        Some((path, format)) => {
+            Err(SequenceError::ForeignFormat { path: path.clone(), format, count: paths.len() })
+        }
+        None => Ok(()),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod bmp;
 mod fault;
+mod foreign;
 mod formats;
 mod jpeg;
 mod pnm;
@@ -16,6 +17,8 @@ use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader};
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::grid::area;
 pub use fault::ImageFault;
+pub use foreign::ForeignFormat;
+pub(super) use foreign::{TELLING_BYTES, foreign_format, foreign_name};
 pub use formats::image_formats;
 pub(super) use formats::is_image_name;
 use formats::kind_of;
@@ -138,12 +141,13 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, ImageFault> {
     let colour = image.color().has_color();
     let alpha = image.color().has_alpha();
     let conversion = match (colour, lossy) {
-        _ if turned => {
-            Some("turned upright as its orientation tag says, and converted to grey if it was colour")
-        }
+        _ if turned => Some(
+            "turned upright as its orientation tag says, converted to grey if it was colour, without transparency",
+        ),
         (true, true) => {
             Some("colour JPEG converted to grey (Rec. 709 luma); lossy compression limits accuracy")
         }
+        (true, false) if alpha => Some("colour converted to grey (Rec. 709 luma), transparency dropped"),
         (true, false) => Some("colour converted to grey (Rec. 709 luma)"),
         (false, true) => Some("JPEG decoded; lossy compression limits accuracy"),
         (false, false) => alpha.then_some("transparency dropped"),
@@ -232,6 +236,21 @@ mod tests {
         );
         assert!(decoded.conversion.is_some_and(|words| words.contains("colour")));
         assert!(!decoded.usable_as_is);
+    }
+
+    #[test]
+    fn transparency_that_is_dropped_is_told_with_and_without_colour() {
+        let words = |image: DynamicImage| {
+            let mut bytes = Vec::new();
+            image.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).unwrap();
+            decode_grey(&bytes).unwrap().conversion.unwrap_or_default()
+        };
+        let colour = image::RgbaImage::from_pixel(4, 2, image::Rgba([200, 100, 50, 128]));
+        let told = words(colour.into());
+        assert!(told.contains("colour") && told.contains("transparency dropped"), "{told}");
+        let grey = image::GrayAlphaImage::from_pixel(4, 2, image::LumaA([200, 128]));
+        assert_eq!(words(grey.into()), "transparency dropped");
+        assert!(!words(image::RgbImage::new(4, 2).into()).contains("transparency"));
     }
 
     #[test]

@@ -1,0 +1,428 @@
+//! The first search, in small pictures: how points move between two frames, and then one s for each further frame.
+
+use rayon::prelude::*;
+
+use super::point::squares;
+use super::{Frames, TextureMotionError};
+use crate::block::Block;
+use epirig_core::grid::Grid;
+use epirig_core::statistics::{median, quantile};
+
+/// Side of the squares that are looked for, in px of the small pictures.
+const SIDE: usize = 12;
+const POINTS: usize = 120;
+/// Fewest points that speak for a motion.
+const FEWEST: usize = 4;
+/// Squares correlate at least so well, or they do not show the same thing.
+const LEAST_CORRELATION: f32 = 0.65;
+/// The mean of all points of a frame, of which some are occluded.
+const LEAST_MEAN_CORRELATION: f32 = 0.5;
+/// Another place that correlates as well, less this, leaves it open which is true.
+const AMBIGUOUS: f32 = 0.06;
+/// Places nearer than this are one, in px.
+const ONE_PLACE_PX: f64 = 2.5;
+/// Points move if they go at least so far, and a motion is clear from this size on, in px.
+const MOVES_PX: f64 = 0.5;
+const CLEAR_PX: f64 = 1.5;
+/// Distance of the places that are tried, in px.
+const HOP_PX: f64 = 0.6;
+/// Share of the points that must agree.
+const AGREE: f64 = 0.3;
+/// Points whose rho is below this share of the others' tell little of s, and most of them stand still.
+const LEAST_RHO: f64 = 0.3;
+
+/// Where frames stand, and what is needed to find points in them.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    /// s of each frame, in px of the frames for a rho of 1.
+    pub(super) position: Vec<f64>,
+    /// How far all points of a frame lie across the motion, in px of the frames.
+    pub(super) across: Vec<f64>,
+    /// The direction of the motion, a unit vector.
+    pub(super) direction: [f64; 2],
+    /// The least and the largest rho of points that move.
+    pub(super) rho: (f64, f64),
+    /// Frames whose points are followed.
+    pub(super) anchors: Vec<usize>,
+}
+
+/// Two frames, and how far points of the first have moved in the second, in px of the small pictures.
+struct Start {
+    anchor: usize,
+    other: usize,
+    points: Vec<(Block, f64)>,
+    direction: [f64; 2],
+    moved_px: f64,
+}
+
+struct Point {
+    block: Block,
+    rho: f64,
+    /// Sums of displacement times s, and of the squares of s.
+    sums: [f64; 2],
+}
+
+/// Finds where all frames stand, and the factor of the pictures in which they were found.
+pub(super) fn search(frames: &dyn Frames, first: usize) -> Result<(Found, usize), TextureMotionError> {
+    let mut factor = first;
+    let mut reach = None;
+    loop {
+        let small: Vec<Grid<f32>> =
+            (0..frames.count()).into_par_iter().map(|index| frames.picture(index, factor)).collect();
+        match start(&small, reach) {
+            Some(start) if start.moved_px >= CLEAR_PX || factor == 1 => {
+                return Ok((Search::new(&small, factor, &start).connect(start)?, factor));
+            }
+            None if factor == 1 => return Err(TextureMotionError::NothingFollowed),
+            // What moves little is seen better in larger pictures.
+            Some(_) => reach = Some(2 * (CLEAR_PX + ONE_PLACE_PX).ceil() as isize),
+            None => {}
+        }
+        factor = factor.div_ceil(2);
+    }
+}
+
+/// Two frames between which points move, clearly if there are such.
+fn start(small: &[Grid<f32>], reach: Option<isize>) -> Option<Start> {
+    let last = small.len() - 1;
+    let mut best: Option<Start> = None;
+    for anchor in [last / 2, last / 4, last - last / 4, 0] {
+        let blocks = squares(&small[anchor], SIDE, POINTS, [1.0, 0.0]);
+        let distances =
+            std::iter::successors(Some(1), |distance| Some(2 * distance)).take_while(|d| *d <= last);
+        for distance in distances {
+            let others = [anchor.checked_add(distance), anchor.checked_sub(distance)];
+            for other in others.into_iter().flatten().filter(|&other| other <= last) {
+                let found = between(&small[anchor], &small[other], &blocks, reach);
+                let Some((points, direction, moved_px)) = found else { continue };
+                if best.as_ref().is_none_or(|best| moved_px > best.moved_px) {
+                    best = Some(Start { anchor, other, points, direction, moved_px });
+                }
+                if moved_px >= CLEAR_PX {
+                    return best;
+                }
+            }
+        }
+    }
+    best
+}
+
+type Moved = (Vec<(Block, f64)>, [f64; 2], f64);
+
+/// How far squares have moved between two pictures: those that agree on a direction, the direction, and the usual
+/// size.
+fn between(
+    from: &Grid<f32>,
+    to: &Grid<f32>,
+    blocks: &[(usize, usize)],
+    reach: Option<isize>,
+) -> Option<Moved> {
+    let limit = |size: usize| reach.unwrap_or(size as isize / 4).min(size as isize / 4).max(2);
+    let (x_reach, y_reach) = (limit(from.columns()), limit(from.rows()));
+    let found: Vec<(Block, [f64; 2])> = blocks
+        .par_iter()
+        .filter_map(|&(left, top)| {
+            let block = Block::of(from, top, left, SIDE)?;
+            let shift = anywhere(&block, to, (x_reach, y_reach))?;
+            Some((block, shift))
+        })
+        .collect();
+    let size = |shift: &[f64; 2]| shift[0].hypot(shift[1]);
+    let moving = found.iter().filter(|(_, shift)| size(shift) >= MOVES_PX).count();
+    let axis = |axis: usize| {
+        let moving = found.iter().map(|found| found.1).filter(|shift| size(shift) >= MOVES_PX);
+        median(&mut moving.map(|shift| shift[axis]).collect::<Vec<_>>())
+    };
+    let (x, y) = (axis(0)?, axis(1)?);
+    let usual = x.hypot(y);
+    if usual < MOVES_PX {
+        return None;
+    }
+    let direction = [x / usual, y / usual];
+    let parts = |shift: &[f64; 2]| {
+        (shift[0] * direction[0] + shift[1] * direction[1], shift[1] * direction[0] - shift[0] * direction[1])
+    };
+    let agrees = |shift: &[f64; 2]| {
+        let (along, across) = parts(shift);
+        along > -MOVES_PX && across.abs() <= 1.0 + 0.1 * along.abs()
+    };
+    let points: Vec<(Block, f64)> = found
+        .into_iter()
+        .filter(|(_, shift)| agrees(shift))
+        .map(|(block, shift)| (block, parts(&shift).0))
+        .collect();
+    let agreeing: Vec<f64> = points.iter().map(|point| point.1).filter(|along| *along >= MOVES_PX).collect();
+    let moved_px = median(&mut agreeing.clone())?;
+    (agreeing.len() >= FEWEST && agreeing.len() as f64 >= 2.0 * AGREE * moving as f64)
+        .then_some((points, direction, moved_px))
+}
+
+/// The shift at which a square correlates best, in parts of a pixel, if no other does nearly as well.
+fn anywhere(block: &Block, to: &Grid<f32>, (x_reach, y_reach): (isize, isize)) -> Option<[f64; 2]> {
+    let all = (-y_reach..=y_reach).flat_map(|y| (-x_reach..=x_reach).map(move |x| (x, y)));
+    let tried: Vec<_> = all.filter_map(|(x, y)| Some((block.correlation(to, x, y)?, x, y))).collect();
+    let &(best, x, y) = tried.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let is_far =
+        |other: &(f32, isize, isize)| (other.1 - x).abs().max((other.2 - y).abs()) as f64 > ONE_PLACE_PX;
+    let second = tried.iter().filter(|tried| is_far(tried)).map(|tried| tried.0).fold(0.0, f32::max);
+    if best < LEAST_CORRELATION || second > best - AMBIGUOUS {
+        return None;
+    }
+    let beside = |dx, dy| block.correlation(to, x + dx, y + dy);
+    Some([
+        x as f64 + peak(beside(-1, 0)?, best, beside(1, 0)?),
+        y as f64 + peak(beside(0, -1)?, best, beside(0, 1)?),
+    ])
+}
+
+/// Where a parabola through three values has its peak, from the middle one.
+fn peak(before: f32, here: f32, after: f32) -> f64 {
+    let (before, after) = (f64::from(here - before), f64::from(here - after));
+    if before + after > 0.0 { (0.5 * (before - after) / (before + after)).clamp(-0.5, 0.5) } else { 0.0 }
+}
+
+/// The shift near a start at which a square correlates best.
+fn near(block: &Block, to: &Grid<f32>, start: [f64; 2]) -> Option<[f64; 2]> {
+    let [x, y] = start.map(|part| part.round() as isize);
+    let all = (y - 2..=y + 2).flat_map(|y| (x - 2..=x + 2).map(move |x| (x, y)));
+    let tried = all.filter_map(|(x, y)| Some((block.correlation(to, x, y)?, x, y)));
+    let (best, x, y) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let beside = |dx, dy| block.correlation(to, x + dx, y + dy);
+    let shift = [
+        x as f64 + peak(beside(-1, 0)?, best, beside(1, 0)?),
+        y as f64 + peak(beside(0, -1)?, best, beside(0, 1)?),
+    ];
+    (best >= LEAST_CORRELATION).then_some(shift)
+}
+
+/// A place across the picture, turned into columns and rows.
+pub(super) fn turned(direction: [f64; 2], along: f64, across: f64) -> [f64; 2] {
+    [along * direction[0] - across * direction[1], along * direction[1] + across * direction[0]]
+}
+
+/// Frames in which a point is looked for: picture, s from the point's frame on, and place across the motion, in px
+/// of the picture.
+pub(super) struct Looked<'a> {
+    pub(super) picture: &'a Grid<f32>,
+    pub(super) along: f64,
+    pub(super) across: f64,
+}
+
+/// rho of a square: that at which it correlates best with all of these frames at once; `None` if another does
+/// nearly as well.
+pub(super) fn rho_of(
+    block: &Block,
+    frames: &[Looked],
+    direction: [f64; 2],
+    (least, most): (f64, f64),
+) -> Option<f64> {
+    let farthest = frames.iter().map(|frame| frame.along.abs()).fold(0.0, f64::max);
+    let hop = HOP_PX / farthest;
+    let count = ((most - least) / hop).ceil() as usize;
+    let score = |rho: f64| {
+        let seen = frames.iter().filter_map(|frame| {
+            let [x, y] = turned(direction, rho * frame.along, frame.across).map(|part| part.round() as isize);
+            block.correlation(frame.picture, x, y)
+        });
+        let (sum, count) = seen.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+        if count > 0 { sum / count as f32 } else { -1.0 }
+    };
+    let scores: Vec<f32> = (0..=count).map(|index| score(least + index as f64 * hop)).collect();
+    best_of(&scores, LEAST_MEAN_CORRELATION, ONE_PLACE_PX / HOP_PX).map(|place| least + place * hop)
+}
+
+/// The place of the best score, in parts of an index; `None` if it is less than `least`, or another farther than
+/// `apart` is nearly as good.
+fn best_of(scores: &[f32], least: f32, apart: f64) -> Option<f64> {
+    let (index, &best) = scores.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    let far = scores.iter().enumerate().filter(|(other, _)| other.abs_diff(index) as f64 > apart);
+    let second = far.map(|(_, score)| *score).fold(0.0, f32::max);
+    if best < least || second > best - AMBIGUOUS {
+        return None;
+    }
+    let beside = |index: Option<usize>| index.and_then(|index| scores.get(index)).copied().unwrap_or(best);
+    Some(index as f64 + peak(beside(index.checked_sub(1)), best, beside(Some(index + 1))))
+}
+
+/// A search from two frames on. All lengths are in px of the small pictures.
+struct Search<'a> {
+    small: &'a [Grid<f32>],
+    factor: usize,
+    direction: [f64; 2],
+    /// s and place across the motion of the frames that are known.
+    known: Vec<Option<[f64; 2]>>,
+    anchors: Vec<usize>,
+}
+
+impl<'a> Search<'a> {
+    fn new(small: &'a [Grid<f32>], factor: usize, start: &Start) -> Self {
+        let mut known = vec![None; small.len()];
+        known[start.anchor] = Some([0.0, 0.0]);
+        known[start.other] = Some([start.moved_px, 0.0]);
+        Self { small, factor, direction: start.direction, known, anchors: Vec::new() }
+    }
+
+    fn connect(mut self, start: Start) -> Result<Found, TextureMotionError> {
+        let moved = start.moved_px;
+        let point = |(block, along): (Block, f64)| Point {
+            block,
+            rho: along / moved,
+            sums: [along * moved, moved * moved],
+        };
+        let mut points = start.points.into_iter().map(point).collect();
+        let mut anchor = start.anchor;
+        let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+        loop {
+            self.grow(anchor, &mut points);
+            self.anchors.push(anchor);
+            let moving = moving(&points);
+            range =
+                moving.iter().fold(range, |(least, most), point| (least.min(point.rho), most.max(point.rho)));
+            let unknown: Vec<usize> =
+                (0..self.known.len()).filter(|&frame| self.known[frame].is_none()).collect();
+            if unknown.is_empty() {
+                return Ok(self.found(range));
+            }
+            let distance = |frame: usize| unknown.iter().map(|other| other.abs_diff(frame)).min();
+            let next = (0..self.known.len())
+                .filter(|frame| self.known[*frame].is_some() && !self.anchors.contains(frame))
+                .min_by_key(|&frame| distance(frame));
+            let Some(next) = next else { return Err(TextureMotionError::Apart { frames: unknown }) };
+            anchor = next;
+            points = self.points_of(anchor, wider(range));
+        }
+    }
+
+    /// Points of a known frame, with their rho from the other known frames.
+    fn points_of(&self, anchor: usize, range: (f64, f64)) -> Vec<Point> {
+        let Some([s, across]) = self.known[anchor] else { return Vec::new() };
+        let width = self.small[anchor].columns() as f64;
+        let mut frames: Vec<Looked> = (0..self.known.len())
+            .filter(|&frame| frame != anchor)
+            .filter_map(|frame| {
+                let [s_frame, across_frame] = self.known[frame]?;
+                Some(Looked {
+                    picture: &self.small[frame],
+                    along: s_frame - s,
+                    across: across_frame - across,
+                })
+            })
+            .filter(|frame| frame.along.abs() * range.1 < 0.5 * width)
+            .collect();
+        frames.sort_by(|a, b| a.along.abs().total_cmp(&b.along.abs()));
+        let frames = some_of(frames);
+        let squares = squares(&self.small[anchor], SIDE, POINTS, self.direction);
+        let farthest = frames.iter().map(|frame| frame.along.abs()).fold(0.0, f64::max);
+        if farthest < MOVES_PX {
+            return Vec::new();
+        }
+        squares
+            .par_iter()
+            .filter_map(|&(left, top)| {
+                let block = Block::of(&self.small[anchor], top, left, SIDE)?;
+                let rho = rho_of(&block, &frames, self.direction, range)?;
+                let squares: f64 = frames.iter().map(|frame| frame.along.powi(2)).sum();
+                Some(Point { block, rho, sums: [rho * squares, squares] })
+            })
+            .collect()
+    }
+
+    /// Finds all frames that share enough with the points of `anchor`, the nearest first.
+    fn grow(&mut self, anchor: usize, points: &mut Vec<Point>) {
+        let mut order: Vec<usize> =
+            (0..self.known.len()).filter(|&frame| self.known[frame].is_none()).collect();
+        order.sort_by_key(|frame| frame.abs_diff(anchor));
+        for frame in order {
+            self.known[frame] = self.place(frame, anchor, points);
+        }
+    }
+
+    /// s and place across the motion of a frame by the points of `anchor`, whose rho it then tells better.
+    fn place(&self, frame: usize, anchor: usize, points: &mut [Point]) -> Option<[f64; 2]> {
+        let [s_anchor, across_anchor] = self.known[anchor]?;
+        let picture = &self.small[frame];
+        let near_frame = (0..self.known.len())
+            .filter(|&other| self.known[other].is_some())
+            .min_by_key(|other| other.abs_diff(frame))?;
+        let across = self.known[near_frame]?[1] - across_anchor;
+        let moving = moving(points);
+        let rhos = || moving.iter().map(|point| point.rho).collect::<Vec<f64>>();
+        let (usual, large) = (median(&mut rhos())?, quantile(&mut rhos(), 0.9)?);
+        let hop = HOP_PX / large;
+        let side = picture.columns().max(picture.rows()) as f64;
+        let reach = (0.8 * side / usual / hop) as isize;
+        let fewest = FEWEST.max(moving.len() / 4);
+        let score = |index: isize| {
+            let seen = moving.iter().filter_map(|point| {
+                let shift = turned(self.direction, index as f64 * hop * point.rho, across);
+                let [x, y] = shift.map(|part| part.round() as isize);
+                point.block.correlation(picture, x, y)
+            });
+            let (sum, count) = seen.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+            if count >= fewest { sum / count as f32 } else { 0.0 }
+        };
+        let scores: Vec<f32> = (-reach..=reach).into_par_iter().map(score).collect();
+        let place = best_of(&scores, LEAST_MEAN_CORRELATION, ONE_PLACE_PX / HOP_PX * large / usual)?;
+        let s = (place - reach as f64) * hop;
+        let placed: Vec<(f64, f64, f64)> = moving
+            .iter()
+            .filter_map(|point| {
+                let [x, y] = near(&point.block, picture, turned(self.direction, s * point.rho, across))?;
+                let along = x * self.direction[0] + y * self.direction[1];
+                Some((point.rho, along, y * self.direction[0] - x * self.direction[1]))
+            })
+            .collect();
+        let s = median(&mut placed.iter().map(|(rho, along, _)| along / rho).collect::<Vec<_>>())?;
+        let good: Vec<&(f64, f64, f64)> =
+            placed.iter().filter(|(rho, along, _)| (along - rho * s).abs() < 1.0).collect();
+        if good.len() < fewest.max((AGREE * placed.len() as f64) as usize) {
+            return None;
+        }
+        let across = median(&mut good.iter().map(|good| good.2).collect::<Vec<_>>())?;
+        let direction = self.direction;
+        points.par_iter_mut().for_each(|point| {
+            if let Some([x, y]) = near(&point.block, picture, turned(direction, s * point.rho, across)) {
+                let along = x * direction[0] + y * direction[1];
+                if (along - point.rho * s).abs() < 1.0 {
+                    point.sums[0] += along * s;
+                    point.sums[1] += s * s;
+                    point.rho = point.sums[0] / point.sums[1];
+                }
+            }
+        });
+        Some([s_anchor + s, across_anchor + across])
+    }
+
+    fn found(self, range: (f64, f64)) -> Found {
+        let px = self.factor as f64;
+        let mut anchors = self.anchors;
+        anchors.extend([0, self.known.len() - 1]);
+        anchors.sort_unstable();
+        anchors.dedup();
+        let of = |part: usize| {
+            self.known.iter().map(|known| known.map_or(0.0, |known| px * known[part])).collect()
+        };
+        Found { position: of(0), across: of(1), direction: self.direction, rho: range, anchors }
+    }
+}
+
+/// Points that tell of s.
+fn moving(points: &[Point]) -> Vec<&Point> {
+    let rho = median(&mut points.iter().map(|point| point.rho).filter(|rho| *rho > 0.0).collect::<Vec<_>>());
+    let least = LEAST_RHO * rho.unwrap_or(f64::INFINITY);
+    points.iter().filter(|point| point.rho >= least).collect()
+}
+
+/// A range of rho in which there may be points that no anchor has shown yet.
+pub(super) fn wider((least, most): (f64, f64)) -> (f64, f64) {
+    let more = 0.25 * (most - least) + 0.1 * most;
+    ((least - more).max(0.0), most + more)
+}
+
+/// Some of a list in its order, among them the first and the last: more tell little more.
+pub(super) fn some_of<T>(list: Vec<T>) -> Vec<T> {
+    const MOST: usize = 7;
+    let last = list.len().saturating_sub(1);
+    let is_kept = |index: usize| last < MOST || (0..MOST).any(|place| place * last / (MOST - 1) == index);
+    list.into_iter().enumerate().filter(|(index, _)| is_kept(*index)).map(|(_, item)| item).collect()
+}
