@@ -9,7 +9,7 @@ use super::conclusion::conclusion;
 use super::evaluate::table;
 use super::matching::describe;
 use super::need::{close_others, refuse_more_than_there_is};
-use super::run::{Measured, examine_shortly, measure_object};
+use super::run::{examine_shortly, measure_object};
 use super::scan::Devices;
 use super::surface::measure_surface;
 use super::{CliError, Talk};
@@ -97,7 +97,7 @@ impl Demo {
         let mut devices = Devices::of(&profile, None, talk)?;
         // The demo may use few pixels or much noise, so the checks before a scan do not stop it.
         examine_shortly(&mut devices, &profile, &folder, talk)?;
-        let measured = measure_object(
+        let (measurement, results) = measure_object(
             devices,
             &profile,
             &MatchOptions { reference: ReferenceFrame::Index(reference), ..MatchOptions::default() },
@@ -105,7 +105,6 @@ impl Demo {
             Some(&truth.disparity),
             talk,
         )?;
-        let Measured { measurement, results, .. } = measured;
         write_truth(&folder.join("truth"), &truth)?;
         write_comparison(&results, &measurement, &truth, simulator.config().scene.distance_mm())?;
         results.commit()?;

@@ -7,6 +7,7 @@ use clap::Args;
 use super::choice::choice;
 use super::conclusion::{conclusion, planned_mm};
 use super::need::{check, close_others};
+use super::numbers::mm;
 use super::region::{RegionArguments, four};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
@@ -76,10 +77,10 @@ pub(super) struct Surface {
     #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     profile_width: u32,
     /// Cut-off of the S-filter, in mm: shorter waves do not count as roughness [default: no filter]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = mm)]
     s_filter_mm: Option<f64>,
     /// Cut-off of the L-filter, in mm: longer waves do not count as roughness [default: no filter]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = mm)]
     l_filter_mm: Option<f64>,
     /// Points of surface.ply as measured, without removal of the form
     #[arg(long)]
@@ -212,6 +213,11 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
     Ok((summary, out.join(REPORT)))
 }
 
+/// Where the surface is, in a line.
+pub(super) fn brief(summary: &SurfaceSummary) -> String {
+    format!("distance           {:.2} mm, a pixel is {:.4} mm wide\n", summary.distance_mm, summary.pixel_mm)
+}
+
 pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let field = &summary.field;
     let mut text = format!(
@@ -252,7 +258,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         for wider in levels.by_margin.iter().filter(|wider| wider.margin_px > levels.margin_px) {
             let interval = wider.half_width_95_mm.map_or(String::new(), |half| format!(" +- {half:.4} mm"));
             text.push_str(&format!(
-                "                   {:.4} mm{interval} from {} px on beside the walls instead of {}\n",
+                "                   {:.4} mm{interval} if {} px beside each wall are left out, not {}\n",
                 wider.depth_mm, wider.margin_px, levels.margin_px
             ));
         }

@@ -8,6 +8,8 @@ mod camera_commands;
 mod command_line;
 mod compare;
 #[cfg(unix)]
+mod first_hour;
+#[cfg(unix)]
 mod hostile_files;
 mod import_motion;
 mod import_sources;
