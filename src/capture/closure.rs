@@ -32,12 +32,17 @@ impl Scan<'_, '_> {
 
     fn measure_shift(&mut self, good: &GoodFrame) -> Result<Option<ComparisonRecord>, CaptureError> {
         let position_mm = self.plan.positions_mm[good.index];
+        let begun = self.camera().now();
         self.go_to(position_mm)?;
+        let arrived = self.camera().now();
+        self.times.moving_s += arrived.since(begun).as_secs_f64();
         if !self.camera().is_live() {
             return Ok(None);
         }
-        let at_rest = self.camera().now().after(self.plan.settle);
+        let at_rest = arrived.after(self.plan.settle);
         let (again, _) = self.look(at_rest)?;
+        self.times.settling_s += self.plan.settle.as_secs_f64();
+        self.times.exposing_s += self.camera().now().since(at_rest).as_secs_f64();
         match shift_between(&good.frame, &again) {
             // A shift whose sigma exceeds the limit cannot be tested against it.
             Ok(shift) if 3.0 * shift.sigma_px > self.plan.limits.shift_px => Ok(None),
@@ -106,7 +111,9 @@ impl Scan<'_, '_> {
         let first = self.first.take().map(|frame| GoodFrame { index: 0, frame });
         let comparison = first.map_or(Ok(None), |first| self.measure_shift(&first))?;
         let settings = self.settings.clone();
+        let begun = self.camera().now();
         home(&mut **self.stage_now()?, Some(&settings))?;
+        self.times.moving_s += self.camera().now().since(begun).as_secs_f64();
         let home_shift_mm = self.stage_now()?.home_shift_mm();
         let moved_px = comparison.as_ref().map(|found| found.x_px.hypot(found.y_px));
         info!(

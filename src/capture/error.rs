@@ -124,6 +124,9 @@ pub enum CaptureError {
     /// The operator has paused the scan.
     #[error("paused")]
     Paused,
+    /// The operator has stopped a new scan before its first frame.
+    #[error("stopped before the first frame; nothing was written, and there is nothing to resume")]
+    NotBegun,
     /// The sequence is not a scan, or not a scan with this plan.
     #[error("{} cannot be resumed: {reason}", path.display())]
     NotThisScan {
@@ -202,7 +205,7 @@ impl CaptureError {
     /// Whether the operator asked for it.
     pub fn is_wanted(&self) -> bool {
         match self.cause() {
-            Self::Paused | Self::Camera(CameraError::Interrupted { .. }) => true,
+            Self::Paused | Self::NotBegun | Self::Camera(CameraError::Interrupted { .. }) => true,
             Self::Stage(error) => error.consequence().blame == Blame::Interruption,
             _ => false,
         }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::CapturePlan;
+use super::scan::below;
 
 /// Frame times from a stop to the first counted frame: the frame being exposed when the stage comes to rest,
 /// and a neighbour for comparison. The averaged frames follow.
@@ -38,15 +39,8 @@ impl CapturePlan {
         duration: impl Fn(f64) -> Option<Duration>,
     ) -> Estimate {
         let stops = self.positions_mm.len();
-        let (first_mm, last_mm) = (
-            self.positions_mm.first().copied().unwrap_or(0.0),
-            self.positions_mm.last().copied().unwrap_or(0.0),
-        );
-        // From home through all stops; at the end to the first stop, and home.
-        let ways = [first_mm, last_mm - first_mm, first_mm];
-        let steps = self.positions_mm.windows(2).map(|pair| pair[1] - pair[0]);
-        let all = ways.into_iter().chain(steps).map(|distance_mm| duration(distance_mm.abs()));
-        let moving = all.reduce(|sum, next| Some(sum?.saturating_add(next?))).flatten();
+        let moves = self.moves_mm().into_iter().map(duration);
+        let moving = moves.reduce(|sum, next| Some(sum?.saturating_add(next?))).flatten();
         // The first frame is taken again at the end.
         let (stops_and_closing, others) = ((stops + 1) as f64, self.calibration_frames());
         let averaged = self.averaged as f64;
@@ -60,6 +54,22 @@ impl CapturePlan {
             exposing: interval.map(|interval| times(interval, frame_times)),
             bytes: frame_bytes.map(|bytes| bytes.saturating_mul((stops + others) as u64)),
         }
+    }
+}
+
+impl CapturePlan {
+    /// The lengths of all moves, in mm: from home through all stops; at the end to the first stop, and home.
+    fn moves_mm(&self) -> Vec<f64> {
+        let Some(&first_mm) = self.positions_mm.first() else { return Vec::new() };
+        let (mut at_mm, mut moves) = (0.0, Vec::new());
+        for &position_mm in self.positions_mm.iter().chain([&first_mm]) {
+            for place_mm in below(at_mm, position_mm).into_iter().chain([position_mm]) {
+                moves.push((place_mm - at_mm).abs());
+                at_mm = place_mm;
+            }
+        }
+        moves.push(at_mm);
+        moves
     }
 }
 
@@ -78,13 +88,13 @@ mod tests {
         // A stage of 1 mm/s without ramps.
         let estimate = plan
             .estimate(Some(1000), Some(Duration::from_millis(10)), |mm| Some(Duration::from_secs_f64(mm)));
-        // 10 to the first, 2 + 2 steps, 4 back, 10 home.
-        assert_eq!(estimate.moving, Some(Duration::from_secs(28)));
+        // 10 to the first, 2 + 2 steps; back to 1 below the first, and up to it; 10 home.
+        assert_eq!(estimate.moving, Some(Duration::from_secs(30)));
         assert_eq!(estimate.settling, Duration::from_millis(800));
         // Four stops of 2 + 4 frame times, and two dark frames of 4.
         assert_eq!(estimate.exposing, Some(Duration::from_millis(320)));
         assert_eq!(estimate.bytes, Some(5000));
-        assert_eq!(estimate.total(), Some(Duration::from_millis(29_120)));
+        assert_eq!(estimate.total(), Some(Duration::from_millis(31_120)));
         assert_eq!(plan.estimate(None, None, |_| None).total(), None);
         let endless = plan.estimate(Some(u64::MAX), Some(Duration::MAX), |_| Some(Duration::MAX));
         assert_eq!((endless.total(), endless.bytes), (Some(Duration::MAX), Some(u64::MAX)));

@@ -77,7 +77,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         stage.move_to(first_mm)?;
         rig.camera.start()?;
         if rig.pause.pressed() {
-            return Err(CaptureError::Paused);
+            return Err(if before.is_some() { CaptureError::Paused } else { CaptureError::NotBegun });
         }
         let ready = rig.camera.now();
         debug!(
@@ -121,9 +121,8 @@ impl<'a, 'r> Scan<'a, 'r> {
             .and_then(|()| self.frames(indices, &mut archive))
             .and_then(|()| Ok(archive.flush()?));
         self.rig.progress.end();
-        let total = self.rig.camera.now().since(self.began);
-        self.times.total_s = total.as_secs_f64();
         let closed = taken.and_then(|()| self.close());
+        self.times.total_s = self.rig.camera.now().since(self.began).as_secs_f64();
         // A disconnected camera needs no stop.
         let _ = self.rig.camera.stop();
         let status = match &closed {
@@ -199,15 +198,11 @@ impl<'a, 'r> Scan<'a, 'r> {
 
     /// Moves to a position from below; an approach from above would add the backlash.
     pub(super) fn go_to(&mut self, position_mm: f64) -> Result<(), CaptureError> {
-        /// More than the backlash of any usable stage.
-        const CLEARANCE_MM: f64 = 1.0;
-        let from_above = self.at_mm > position_mm;
-        if from_above {
-            debug!(from_mm = self.at_mm, position_mm, "approached from below");
-        }
+        let below_mm = below(self.at_mm, position_mm);
         self.at_mm = position_mm;
-        if from_above {
-            match self.move_to((position_mm - CLEARANCE_MM).max(0.0)) {
+        if let Some(below_mm) = below_mm {
+            debug!(below_mm, position_mm, "approached from below");
+            match self.move_to(below_mm) {
                 // This stage approaches all positions from below by itself.
                 Ok(()) | Err(StageError::NoApproach { .. }) => {}
                 Err(error) => return Err(error.into()),
@@ -249,6 +244,14 @@ impl<'a, 'r> Scan<'a, 'r> {
     pub(super) fn camera(&mut self) -> &mut dyn Camera {
         self.rig.camera
     }
+}
+
+/// Where the stage goes first on its way from `at_mm` to `position_mm`, in mm from home, if it comes from above:
+/// below the position, so that it approaches it as all others.
+pub(super) fn below(at_mm: f64, position_mm: f64) -> Option<f64> {
+    /// More than the backlash of any usable stage.
+    const CLEARANCE_MM: f64 = 1.0;
+    (at_mm > position_mm).then_some((position_mm - CLEARANCE_MM).max(0.0))
 }
 
 /// Restores all controls, also those not in the plan: a camera that was without power has its defaults.

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::plan::PlanOutput;
 use super::rig::{RigArguments, tell_configuration};
-use super::scan::{Course, Devices, scan};
+use super::scan::{Course, Devices, check_room, scan};
 use super::{CliError, Talk};
 use epirig_data::sequence::refuse_existing;
 use epirig_devices::stage::StageSource;
@@ -33,6 +33,9 @@ pub(super) struct Capture {
     /// Connect to the rig and print the plan, without moving anything
     #[arg(long)]
     dry_run: bool,
+    /// Begin even if the disk may be too small
+    #[arg(long)]
+    anyway: bool,
     #[command(flatten)]
     rig: RigArguments,
 }
@@ -40,14 +43,15 @@ pub(super) struct Capture {
 impl Capture {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let profile = self.rig.profile()?;
-        let devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
+        let mut devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
+        refuse_existing(&self.out)?;
+        check_room(&mut devices, &self.out, 0, self.anyway, talk)?;
         if self.dry_run {
-            refuse_existing(&self.out)?;
             let plan = dry_run(devices, talk)?;
             return talk.result(&plan, || plan.describe());
         }
         let captured = scan(devices, &self.out, Course::New, talk)?;
-        talk.result(&captured, || captured.describe())
+        talk.result(&captured, || format!("{}{}", captured.describe(), captured.next(&profile)))
     }
 }
 

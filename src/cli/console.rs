@@ -25,8 +25,9 @@ const LONGEST: Duration = Duration::from_secs(10);
   epirig stage console --driver grbl                    sends each line that you type; Ctrl-D ends it
   epirig stage console --driver grbl --transcript sent.txt < settings.txt
 
-What is sent by hand may move the stage or change its settings. So the position is not trusted
-afterwards: home the stage again. A line that is only ?, ! or ~ acts at once (GRBL).")]
+What is sent by hand may move the stage or change its settings. So the position of a GRBL stage is
+not trusted afterwards: home it again. A Zaber stage follows its position itself; home it after
+lines that change how it counts, such as set pos. A line that is only ?, ! or ~ acts at once (GRBL).")]
 pub(super) struct Console {
     /// Lines to send; without any, those of the standard input
     #[arg(value_name = "LINE")]
@@ -47,8 +48,19 @@ impl Console {
             CliError::Usage(format!("the driver {driver} has no lines that can be sent by hand"))
         })?;
         let line = Stages::new(&profile, self.stage.transcript(), talk)?.line(dialect.baud)?;
-        let mut line = (dialect.distrust)(line)?;
-        talk.say("the position of the stage is not trusted any more: home it afterwards");
+        let mut line = match dialect.distrust {
+            Some(distrust) => {
+                let line = distrust(line)?;
+                talk.say("the position of the stage is not trusted any more: home it afterwards");
+                line
+            }
+            None => {
+                talk.say(
+                    "the stage follows its position itself; home it after lines that change how it counts",
+                );
+                line
+            }
+        };
         let mut exchanges = Vec::new();
         let mut send = |typed: String| exchange(&mut *line, &dialect, typed, talk);
         for typed in &self.lines {

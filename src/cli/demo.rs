@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::evaluate::table;
 use super::matching::describe;
 use super::need::{close_others, refuse_more_than_there_is};
-use super::run::{Measured, examine_shortly, measure_object};
+use super::run::{examine_shortly, measure_object};
 use super::scan::Devices;
 use super::surface::measure_surface;
 use super::{CliError, Talk};
@@ -95,7 +95,7 @@ impl Demo {
         let mut devices = Devices::of(&profile, None, talk)?;
         // The demo may use few pixels or much noise, so the checks before a scan do not stop it.
         examine_shortly(&mut devices, &profile, &out, talk)?;
-        let measured = measure_object(
+        let (measurement, results) = measure_object(
             devices,
             &profile,
             &MatchOptions { reference: ReferenceFrame::Index(reference), ..MatchOptions::default() },
@@ -103,7 +103,6 @@ impl Demo {
             Some(&truth.disparity),
             talk,
         )?;
-        let Measured { measurement, results, .. } = measured;
         write_truth(&out.join("truth"), &truth)?;
         write_comparison(&results, &measurement, &truth, simulator.config().scene.distance_mm())?;
         results.commit()?;

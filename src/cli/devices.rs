@@ -19,13 +19,34 @@ use epirig_devices::link::{LinkError, PortFacts, holder, ports};
   epirig devices --json
 
 Names in brackets can be given to --port and --camera. Nothing is sent to a stage, and no camera
-setting is changed.")]
+setting is changed. Simulated devices need no list: --driver sim, --camera sim, --rig sim.")]
 pub(super) struct Devices {}
+
+/// Where serial ports are looked for.
+pub(super) const PORTS_AT: &str = "/sys/class/tty";
+/// Where cameras are looked for.
+pub(super) const CAMERAS_AT: &str = "/dev/video* (V4L2)";
+
+/// The serial ports; `None` if this system has none that epirig can drive.
+pub(super) fn look_for_ports() -> Result<Option<Vec<PortFacts>>, CliError> {
+    match ports() {
+        Err(LinkError::NotOnThisSystem { .. }) => Ok(None),
+        found => Ok(Some(found?)),
+    }
+}
+
+/// The cameras; `None` if this system has none that epirig can drive.
+pub(super) fn look_for_cameras() -> Result<Option<Vec<CameraIdentity>>, CliError> {
+    match cameras() {
+        Err(CameraError::NotOnThisSystem { .. }) => Ok(None),
+        found => Ok(Some(found?)),
+    }
+}
 
 #[derive(Serialize)]
 struct Found {
     ports: Vec<Port>,
-    /// `None` if the program knows no cameras of this system.
+    /// `None` if nobody looked for them: there is no driver for cameras of this system.
     cameras: Option<Vec<CameraOutput>>,
 }
 
@@ -81,15 +102,7 @@ struct SizeOutput {
 
 impl Devices {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        // A system of which the program does not know one kind still has the other one.
-        let ports = match ports() {
-            Err(LinkError::NotOnThisSystem { .. }) => None,
-            found => Some(found?),
-        };
-        let cameras = match cameras() {
-            Err(CameraError::NotOnThisSystem { .. }) => None,
-            found => Some(found?),
-        };
+        let (ports, cameras) = (look_for_ports()?, look_for_cameras()?);
         let mut text = String::new();
         let mut found = Found { ports: Vec::new(), cameras: cameras.as_ref().map(|_| Vec::new()) };
         for port in ports.iter().flatten() {
@@ -106,12 +119,19 @@ impl Devices {
             text += &lines;
             found.cameras.iter_mut().for_each(|cameras| cameras.push(output_of(identity, &output)));
         }
-        if ports.is_none() {
-            talk.say("note: epirig does not look for serial ports on this system");
+        for (what, count, at) in [
+            ("serial port", ports.as_ref().map(Vec::len), PORTS_AT),
+            ("camera", cameras.as_ref().map(Vec::len), CAMERAS_AT),
+        ] {
+            match count {
+                None => {
+                    talk.say(&format!("note: {what}s were not looked for; this epirig has no driver for those of this system"));
+                }
+                Some(0) => talk.say(&format!("no {what} found in {at}")),
+                Some(_) => {}
+            }
         }
-        if cameras.is_none() {
-            talk.say("note: epirig looks for cameras on Linux only (V4L2)");
-        }
+        talk.say("simulated: --driver sim is a stage, --camera sim a camera, and --rig sim a whole rig");
         if text.is_empty() {
             return Err(LinkError::NoMatch {
                 wanted: "a serial port or a camera".to_owned(),

@@ -67,7 +67,10 @@ pub(super) fn refuse_if_bad(report: &Report) -> Result<(), CliError> {
     let bad: Vec<&str> = of(report, Verdict::Bad).map(|check| check.name).collect();
     match bad.as_slice() {
         [] => Ok(()),
-        names => Err(CliError::NotReady(names.join(", "))),
+        names => Err(CliError::NotReady {
+            bad: names.join(", "),
+            report: serde_json::to_value(report).unwrap_or_default(),
+        }),
     }
 }
 
@@ -78,6 +81,7 @@ pub(super) fn of(report: &Report, verdict: Verdict) -> impl Iterator<Item = &Che
 
 /// One line per check, and one for its advice.
 fn describe(report: &Report) -> String {
+    let width = report.checks.iter().map(|check| check.name.len()).max().unwrap_or_default();
     let line = |check: &Check| {
         let verdict = match check.verdict {
             Verdict::Good => "ok",
@@ -85,8 +89,11 @@ fn describe(report: &Report) -> String {
             Verdict::Warning => "WARNING",
             Verdict::Bad => "BAD",
         };
-        let advice = check.advice.as_ref().map_or(String::new(), |advice| format!("{:24}-> {advice}\n", ""));
-        format!("{verdict:<8} {:<14} {}\n{advice}", check.name, check.finding)
+        let advice = check
+            .advice
+            .as_ref()
+            .map_or(String::new(), |advice| format!("{:1$}-> {advice}\n", "", width + 10));
+        format!("{verdict:<8} {:<width$} {}\n{advice}", check.name, check.finding)
     };
     let count = |verdict| of(report, verdict).count();
     let (bad, warnings, unknown) = (count(Verdict::Bad), count(Verdict::Warning), count(Verdict::Unknown));

@@ -57,9 +57,11 @@ pub(super) enum CliError {
     #[error(transparent)]
     Doctor(#[from] DoctorError),
     #[error(
-        "the rig is not ready for this scan ({0}); follow the advice of `epirig doctor`, or continue with `run --anyway`"
+        "the rig is not ready for this scan ({bad}); follow the advice, or measure with `epirig run --anyway`"
     )]
-    NotReady(String),
+    NotReady { bad: String, report: serde_json::Value },
+    #[error("{0}, or begin with --anyway: PNG often takes less")]
+    NoRoom(String),
     #[error(transparent)]
     Capture(#[from] CaptureError),
     #[error(transparent)]
@@ -180,6 +182,14 @@ impl CliError {
         }
     }
 
+    /// What was measured before the failure.
+    pub(super) fn report(&self) -> Option<&serde_json::Value> {
+        match self {
+            Self::NotReady { report, .. } => Some(report),
+            _ => None,
+        }
+    }
+
     /// The exit code of the error's kind, as listed in `--help`.
     pub(super) fn exit_code(&self) -> u8 {
         match self {
@@ -191,7 +201,7 @@ impl CliError {
                 _ => USAGE,
             },
             Self::Calibrate(error) => calibrate_code(error),
-            Self::NotReady(_) => DEVICE,
+            Self::NotReady { .. } => DEVICE,
             Self::Match(error)
             | Self::LeaveOut(LeaveOutError::Match(error))
             | Self::SplitHalf(SplitHalfError::Match(error)) => match error {
@@ -245,6 +255,7 @@ impl CliError {
             | Self::Output(_)
             | Self::File { .. }
             | Self::Memory { .. }
+            | Self::NoRoom(_)
             | Self::Threads(_) => TROUBLE,
         }
     }
@@ -260,7 +271,7 @@ fn capture_code(error: &CaptureError) -> u8 {
         CaptureError::Sequence(error) => sequence_code(error),
         CaptureError::ReplayEnded { source, .. } => capture_code(source),
         CaptureError::NotAsRecorded { .. } => INTEGRITY,
-        CaptureError::Paused => INTERRUPTED,
+        CaptureError::Paused | CaptureError::NotBegun => INTERRUPTED,
         CaptureError::NotArranged { .. }
         | CaptureError::EmptyPlan(_)
         | CaptureError::BeyondTravel { .. }

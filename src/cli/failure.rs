@@ -1,6 +1,7 @@
 //! Exit codes, and the output of `--json` for a failure.
 
 use serde::Serialize;
+use serde_json::Value;
 
 /// Trouble with a file, a disk or memory.
 pub(super) const TROUBLE: u8 = 1;
@@ -27,6 +28,8 @@ pub(super) const INTERRUPTED: u8 = 130;
 /// {"error": {"message": "there is no row 90 to draw; the last is 23", "kind": "usage", "exit_code": 2}}
 /// ```
 ///
+/// If the rig is not ready, `report` holds the findings of its examination, as `epirig doctor --json` prints them.
+///
 /// `message` is the line of stderr without `error: `. `kind` stands for the exit code: `trouble` (1), `usage` (2), `no-device` (3),
 /// `device` (4), `data` (5), `rejected` (6), `resumable` (7), `no-answer` (8), `interrupted` (130).
 ///
@@ -42,11 +45,19 @@ struct FailureFacts {
     message: String,
     kind: &'static str,
     exit_code: u8,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<Value>,
 }
 
 impl Failure {
     pub(super) fn new(message: String, exit_code: u8) -> Self {
-        Self { error: FailureFacts { message, kind: kind(exit_code), exit_code } }
+        Self { error: FailureFacts { message, kind: kind(exit_code), exit_code, report: None } }
+    }
+
+    /// The same with what was measured before.
+    pub(super) fn with_report(mut self, report: Option<&Value>) -> Self {
+        self.error.report = report.cloned();
+        self
     }
 }
 

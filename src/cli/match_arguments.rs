@@ -84,6 +84,11 @@ pub(super) struct MatchArguments {
 }
 
 impl MatchArguments {
+    /// Whether nothing else is chosen than what is usual.
+    pub(super) fn are_usual(&self) -> bool {
+        self.options() == usual()
+    }
+
     pub(super) fn options(&self) -> MatchOptions {
         let defaults = MatchOptions::for_method(self.method);
         let defaults = if self.quick { defaults.quick() } else { defaults };

@@ -12,7 +12,7 @@ use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, Calibration, read_calibration};
 use crate::pipeline::{Measurement, PipelineError, View, measure};
-use crate::results::{ResultsFolder, ResultsKind};
+use crate::results::{MatchSummary, ResultsFolder, ResultsKind};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
 use epirig_matcher::{Answer, DisparityMaps, MatchError};
@@ -205,6 +205,11 @@ pub(super) fn advise(
     }
 }
 
+/// A smaller share is shown as 0.0 %.
+const LEAST_SHARE: f64 = 5e-4;
+/// A smaller number of px is shown as 0.0000.
+const LEAST_PX: f64 = 5e-5;
+
 /// How much of the object is answered, and what is beside it.
 fn answers(maps: &DisparityMaps) -> String {
     let object = maps.object();
@@ -225,7 +230,7 @@ fn answers(maps: &DisparityMaps) -> String {
     let shares = |inside: bool, whole: f64, first: &[(&str, Answer)]| {
         let share = |(name, answer): &(&str, Answer)| {
             let percent = 100.0 * count(inside, Some(*answer)) / whole;
-            (percent >= 0.05).then(|| format!("{name} {percent:.1} %"))
+            (percent >= 100.0 * LEAST_SHARE).then(|| format!("{name} {percent:.1} %"))
         };
         first.iter().chain(&reasons).filter_map(share).collect::<Vec<_>>().join(", ")
     };
@@ -240,21 +245,33 @@ fn answers(maps: &DisparityMaps) -> String {
             100.0 * count(true, Some(Answer::Found)) / inside,
         ));
     }
-    if outside > 0.0 {
+    // Beside an object that fills the frame there is nothing to tell.
+    if inside <= 0.0 || outside >= LEAST_SHARE * all {
         let name = if inside > 0.0 { "beside it" } else { "frame" };
-        text.push_str(&format!(
-            "{name:<19}{:.1} % of the frame: {}\n",
-            100.0 * outside / all,
-            shares(false, all, &[("answered", Answer::Found)])
-        ));
+        let reasons = shares(false, all, &[("answered", Answer::Found)]);
+        let reasons = if reasons.is_empty() { reasons } else { format!(": {reasons}") };
+        text.push_str(&format!("{name:<19}{:.1} % of the frame{reasons}\n", 100.0 * outside / all));
     }
     text
+}
+
+/// What is answered, in two lines or three.
+pub(super) fn brief(measurement: &Measurement) -> String {
+    answers(&measurement.maps) + &median(&measurement.summary)
+}
+
+fn median(summary: &MatchSummary) -> String {
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+    format!(
+        "median disparity   {} px, median sigma {} px\n",
+        number(summary.median_disparity_px),
+        number(summary.median_sigma_px)
+    )
 }
 
 /// The measurement in a few lines.
 pub(super) fn describe(measurement: &Measurement) -> String {
     let summary = &measurement.summary;
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
     let frames = if summary.calibration.is_some() { "corrected and rectified" } else { "as captured" };
     let positions = match summary.positions.as_str() {
         "equal-steps" => "steps taken as equal".to_owned(),
@@ -264,18 +281,19 @@ pub(super) fn describe(measurement: &Measurement) -> String {
         "frames             {frames}, {positions}\n\
          range searched     {:.2} .. {:.2} px{}\n\
          ordering constraint {}\n\
-         {}\
-         median disparity   {} px, median sigma {} px\n",
+         {}{}",
         summary.minimum_px,
         summary.maximum_px,
         if summary.range_found { " (found from the data)" } else { "" },
         summary.ordering_constraint,
         answers(&measurement.maps),
-        number(summary.median_disparity_px),
-        number(summary.median_sigma_px),
+        median(summary),
     );
     if let Some(locking) = &summary.pixel_locking {
         text.push_str(&match locking.worst_disparity_px {
+            Some(_) if locking.worst_bias_px.abs() < LEAST_PX || locking.share_locked < LEAST_SHARE => {
+                "pixel locking      none that shows\n".to_owned()
+            }
             Some(disparity_px) => format!(
                 "pixel locking      up to {:.4} px at {disparity_px:.2} px; affects {:.1} % of the answers\n",
                 locking.worst_bias_px.abs(),

@@ -18,6 +18,7 @@ mod export;
 mod failure;
 mod files;
 mod grab;
+mod help;
 mod import;
 mod init;
 mod interrupt;
@@ -32,6 +33,7 @@ mod memory;
 mod motion_words;
 mod need;
 mod no_answer;
+mod numbers;
 mod plan;
 mod progress;
 mod rectify;
@@ -53,11 +55,12 @@ mod view;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use tracing::{Span, error, info, info_span};
 
 use error::CliError;
 use failure::{Failure, kind};
+use help::Extent;
 use log::LogArguments;
 use memory::share_arena;
 use progress::{Talk, answer_failure, tell};
@@ -180,7 +183,10 @@ impl Verb {
 
 /// Runs the program with the process's arguments. Call it while there is one thread.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let program = help::arranged(Cli::command(), Extent::asked_for(std::env::args_os()));
+    let parsed =
+        program.clone().try_get_matches().and_then(|mut found| Cli::from_arg_matches_mut(&mut found));
+    let cli = parsed.unwrap_or_else(|error| numbers::in_words(error, &program).exit());
     // Without it everything works as long as addresses last.
     share_arena();
     let talk = Talk::new(cli.json, cli.quiet);
@@ -194,7 +200,7 @@ pub fn main() -> ExitCode {
         Err(error) => {
             talk.clear();
             tell(&format!("error: {}", error.in_words()));
-            answer_failure(&Failure::new(error.in_words(), error.exit_code()));
+            answer_failure(&Failure::new(error.in_words(), error.exit_code()).with_report(error.report()));
             ExitCode::from(error.exit_code())
         }
     }

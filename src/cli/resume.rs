@@ -2,23 +2,29 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 
-use super::scan::{Course, Devices, scan};
+use super::match_arguments::MatchArguments;
+use super::need::{check_match, frames_of};
+use super::run::{Existing, measure_captured};
+use super::scan::{Course, Devices, check_room, scan};
 use super::verify::refuse_another_rig;
 use super::{CliError, Talk};
 use crate::profile::{Override, Profile};
-use epirig_data::sequence::{Origin, Sequence};
+use crate::rig::can_be_calibrated;
+use epirig_data::sequence::{FrameKind, Origin, Sequence, refuse_busy};
 
 /// Continue an interrupted scan
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig resume seq
+  epirig resume seq --measure                  measures then, as `epirig run` does
   epirig resume seq --port /dev/ttyUSB1        the stage has another port now
 
 The rig is that of the scan (sequence.json). Existing frames are checked, the stage is homed, and
 the last good frame is taken again and compared. If the picture has moved, the scan does not continue.
-Else the missing frames are taken.")]
+Else the missing frames are taken. With --measure, a calibration and results that exist are replaced,
+and a scan that is complete is measured at once.")]
 pub(super) struct Resume {
     /// Folder of the sequence
     #[arg(value_name = "SEQ")]
@@ -32,6 +38,35 @@ pub(super) struct Resume {
     /// Change a limit of the scan, or the number of dark, flat or board frames: --set limits.shift="0.2 px"
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Calibrate, match and measure the surface then, as `epirig run` does
+    #[arg(long)]
+    measure: bool,
+    #[command(flatten)]
+    matching: Measuring,
+}
+
+/// The options of the matcher, which need --measure.
+#[derive(Debug)]
+struct Measuring(MatchArguments);
+
+impl FromArgMatches for Measuring {
+    fn from_arg_matches(found: &ArgMatches) -> Result<Self, clap::Error> {
+        MatchArguments::from_arg_matches(found).map(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, found: &ArgMatches) -> Result<(), clap::Error> {
+        self.0.update_from_arg_matches(found)
+    }
+}
+
+impl Args for Measuring {
+    fn augment_args(command: Command) -> Command {
+        MatchArguments::augment_args(command).mut_group("MatchArguments", |group| group.requires("measure"))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
 }
 
 impl Resume {
@@ -45,9 +80,29 @@ impl Resume {
         for text in &self.set {
             change(&mut profile, &Override::parse(text, "--set")?)?;
         }
-        let devices = Devices::of(&profile, None, talk)?;
+        let mut devices = Devices::of(&profile, None, talk)?;
+        let options = self.matching.0.options();
+        let sequence = Sequence::open(&self.sequence)?;
+        if self.measure {
+            // A wrong option is reported before the scan.
+            let mut frames = frames_of(&sequence, None);
+            frames.count = devices.plan.positions_mm.len();
+            frames.sample_bytes = if can_be_calibrated(&profile) { 2 } else { frames.sample_bytes };
+            options.check(frames.rows, frames.columns, frames.count)?;
+            check_match(frames, &options, talk)?;
+        }
+        let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
+        let present = sequence.frames().len() + others.iter().sum::<usize>();
+        if present < devices.plan.positions_mm.len() + devices.plan.calibration_frames() {
+            refuse_busy(&self.sequence)?;
+            // A frame that does not fit stops the scan without loss, so a small disk is no reason to refuse.
+            check_room(&mut devices, &self.sequence, present, true, talk)?;
+        }
         let captured = scan(devices, &self.sequence, Course::Resumed, talk)?;
-        talk.result(&captured, || captured.describe())
+        if self.measure {
+            return measure_captured(&captured, &profile, &options, Existing::Replaced, talk);
+        }
+        talk.result(&captured, || format!("{}{}", captured.describe(), captured.next(&profile)))
     }
 
     /// The profile recorded when the scan began.

@@ -8,13 +8,14 @@ use serde::Serialize;
 use super::calibrate::tell;
 use super::doctor::{examine_rig, of, refuse_if_bad};
 use super::match_arguments::MatchArguments;
-use super::matching::{advise, describe};
+use super::matching::{advise, brief};
 use super::need::check_match;
 use super::rig::RigArguments;
 use super::scan::{Captured, Course, Devices, scan};
-use super::surface::{describe as describe_surface, measure_surface};
+use super::surface::{brief as brief_surface, measure_surface};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
+use crate::capture::CaptureError;
 use crate::doctor::{Report, Verdict};
 use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
@@ -35,8 +36,7 @@ Runs `epirig doctor --short`, `capture`, `calibrate`, `match` and `surface`, one
 is the sequence; DIR/results holds the results, and DIR/results/surface/report.html shows them on
 one page. Frames are calibrated if the profile plans dark, flat or board frames, or describes a
 target on the object. If the surface cannot be measured, for example without a focal length, a note
-says why. If the scan is interrupted, run `epirig resume DIR`, `epirig calibrate DIR`, `epirig match
-DIR` and `epirig surface DIR`.")]
+says why. If the scan is interrupted, `epirig resume DIR --measure` continues it and measures.")]
 pub(super) struct Run {
     /// Folder of the new sequence and its results
     #[arg(long, value_name = "DIR")]
@@ -56,13 +56,6 @@ struct RunOutput<'a> {
     summary: &'a MatchSummary,
     /// The numbers of the surface, if it could be measured.
     surface: Option<&'a SurfaceSummary>,
-}
-
-/// A measurement whose results are not yet moved into place.
-pub(super) struct Measured {
-    pub(super) captured: Captured,
-    pub(super) measurement: Measurement,
-    pub(super) results: ResultsFolder,
 }
 
 impl Run {
@@ -87,28 +80,56 @@ impl Run {
             sample_bytes: if deep { 2 } else { 1 },
         };
         check_match(held, &self.matching.options(), talk)?;
-        let measured = measure_object(devices, &profile, &self.matching.options(), &self.out, None, talk)?;
-        let Measured { captured, measurement, results } = measured;
-        results.commit()?;
-        let sequence = Sequence::open(&self.out)?;
-        let calibration = read_calibration(&sequence)?;
-        advise(&measurement, &sequence, calibration.as_ref().map(|(calibration, _)| calibration), talk);
-        let results = self.out.join("results");
-        let surface = measure_surface(&self.out, &results, talk);
-        let found = surface.as_ref();
-        let summary = &measurement.summary;
-        let output = RunOutput { captured: &captured, summary, surface: found.map(|(surface, _)| surface) };
-        talk.result(&output, || {
-            let picture = found.map_or_else(|| results.join("disparity.png"), |(_, report)| report.clone());
-            let surface = found.map_or(String::new(), |(surface, _)| describe_surface(surface));
-            format!(
-                "{}{}{surface}look at {}\n",
-                captured.describe(),
-                describe(&measurement),
-                quoted(&picture)
-            )
-        })
+        let options = self.matching.options();
+        let captured = scan(devices, &self.out, Course::New, talk)
+            .inspect_err(|error| tell_how_to_go_on(error, &self.out, &self.matching, talk))?;
+        measure_captured(&captured, &profile, &options, Existing::Refused, talk)
     }
+}
+
+/// Says how a scan that was interrupted goes on with the whole measurement.
+fn tell_how_to_go_on(error: &CliError, folder: &Path, matching: &MatchArguments, talk: &Talk) {
+    if matches!(error, CliError::Capture(CaptureError::Interrupted { .. })) {
+        let same = if matching.are_usual() { "" } else { ", with the same options of matching" };
+        let folder = quoted(folder);
+        talk.say(&format!("`epirig resume {folder} --measure` continues the scan and measures{same}"));
+    }
+}
+
+/// What becomes of a calibration and of results that exist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Existing {
+    Refused,
+    /// They are those of fewer frames.
+    Replaced,
+}
+
+/// Measures a sequence that was captured, and prints the results.
+pub(super) fn measure_captured(
+    captured: &Captured,
+    profile: &Profile,
+    options: &MatchOptions,
+    existing: Existing,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    let folder = Path::new(&captured.folder);
+    let (measurement, results) = measure_frames(profile, options, folder, None, existing, talk)?;
+    results.commit()?;
+    let sequence = Sequence::open(folder)?;
+    let calibration = read_calibration(&sequence)?;
+    advise(&measurement, &sequence, calibration.as_ref().map(|(calibration, _)| calibration), talk);
+    let results = folder.join("results");
+    let surface = measure_surface(folder, &results, talk);
+    let found = surface.as_ref();
+    let summary = &measurement.summary;
+    let output = RunOutput { captured, summary, surface: found.map(|(surface, _)| surface) };
+    talk.result(&output, || {
+        let picture = found.map_or_else(|| results.join("disparity.png"), |(_, report)| report.clone());
+        let (place, answer) = found.map_or_else(Default::default, |(surface, _)| {
+            (brief_surface(surface), format!("\n{}\n\n", surface.conclusion.sentence))
+        });
+        format!("{}{}{place}{answer}look at {}\n", captured.describe(), brief(&measurement), quoted(&picture))
+    })
 }
 
 /// Checks the rig with few moves, and prints every warning and fault.
@@ -137,21 +158,34 @@ pub(super) fn measure_object(
     folder: &Path,
     truth: Option<&Grid<f32>>,
     talk: &Talk,
-) -> Result<Measured, CliError> {
-    let captured = scan(devices, folder, Course::New, talk)?;
-    let sequence = Sequence::open(folder)?;
+) -> Result<(Measurement, ResultsFolder), CliError> {
+    scan(devices, folder, Course::New, talk)?;
+    measure_frames(profile, options, folder, truth, Existing::Refused, talk)
+}
+
+/// The steps after the scan: calibrates, if there is anything to calibrate with, and matches. The results are not
+/// yet moved into place.
+fn measure_frames(
+    profile: &Profile,
+    options: &MatchOptions,
+    folder: &Path,
+    truth: Option<&Grid<f32>>,
+    existing: Existing,
+    talk: &Talk,
+) -> Result<(Measurement, ResultsFolder), CliError> {
+    let (sequence, replace) = (Sequence::open(folder)?, existing == Existing::Replaced);
     let calibration = if can_be_calibrated(profile) {
         let record = sequence.record();
         let plan = calibration_plan(profile, record.columns, record.rows);
-        let (found, unfinished) = calibrate_sequence(&sequence, &plan, false, talk)?;
+        let (found, unfinished) = calibrate_sequence(&sequence, &plan, replace, talk)?;
         tell(&found.calibration, unfinished.as_ref(), talk);
         Some((found.calibration, found.maps))
     } else {
         None
     };
-    let results = ResultsFolder::create(&folder.join("results"), ResultsKind::Match, false)?;
+    let results = ResultsFolder::create(&folder.join("results"), ResultsKind::Match, replace)?;
     let view = View { figure_row: None, truth };
     let measurement =
         measure(&sequence, calibration.as_ref(), (options, &Region::default()), view, &results, talk)?;
-    Ok(Measured { captured, measurement, results })
+    Ok((measurement, results))
 }

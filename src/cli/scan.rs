@@ -7,14 +7,19 @@ use serde::Serialize;
 use super::need::{close_others, refuse_more_than_there_is};
 use super::rig::{Hands, Stages};
 use super::{CliError, Talk, interrupt, log};
+use crate::calibrate::CALIBRATION;
 use crate::capture::{self, CapturePlan, PauseSwitch, Rig, Unwatched};
+use crate::doctor::{Verdict, check_disk};
 use crate::pipeline::capture_need;
 use crate::profile::Profile;
-use crate::rig::{capture_plan, open_camera};
+use crate::rig::{can_be_calibrated, capture_plan, open_camera};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
-use epirig_data::storage::RealDisk;
+use epirig_data::storage::{RealDisk, free_bytes};
 use epirig_devices::camera::{Camera, OpenCamera, ViewSwitch};
+
+/// Usual folder of the results in that of a sequence.
+const RESULTS: &str = "results";
 
 /// The devices of a profile, and the plan for them.
 pub(super) struct Devices<'a> {
@@ -23,6 +28,7 @@ pub(super) struct Devices<'a> {
     /// Selects what a simulated camera sees.
     view: Option<ViewSwitch>,
     pub(super) plan: CapturePlan,
+    simulated_time: bool,
 }
 
 impl<'a> Devices<'a> {
@@ -44,7 +50,9 @@ impl<'a> Devices<'a> {
         }
         let stages = Stages::new(profile, transcript, talk)?;
         let OpenCamera { camera, view } = open_camera(profile, &stages.watch())?;
-        Ok(Self { stages, camera, view, plan })
+        let simulated_time =
+            profile.camera.is_simulated() && profile.stage.is_simulated() && !profile.sim.real_time;
+        Ok(Self { stages, camera, view, plan, simulated_time })
     }
 }
 
@@ -60,9 +68,13 @@ pub(super) enum Course {
 pub(super) struct Captured {
     pub(super) folder: String,
     pub(super) frames: usize,
+    /// Frames that were taken now: fewer than `frames` if a scan was resumed.
+    pub(super) taken: usize,
     pub(super) retakes: usize,
     pub(super) closure: Option<ClosureRecord>,
     pub(super) times: Option<TimesRecord>,
+    /// Whether `times` are those of a simulated rig, whose clock is faster than a real one.
+    pub(super) simulated_time: bool,
 }
 
 /// Takes the missing frames of the sequence in `folder`.
@@ -72,6 +84,7 @@ pub(super) fn scan(
     course: Course,
     talk: &Talk,
 ) -> Result<Captured, CliError> {
+    let simulated_time = devices.simulated_time;
     log::beside(folder, course == Course::Resumed);
     let pause = PauseSwitch::default();
     interrupt::pauses(pause.clone());
@@ -92,18 +105,14 @@ pub(super) fn scan(
     interrupt::stops_nothing();
     let closure = taken?;
     let sequence = Sequence::open(folder)?;
-    if sequence.frames().len() > before && folder.join("results").exists() {
-        let folder = quoted(folder);
-        talk.say(&format!(
-            "note: {folder}/results were made from fewer frames; run `epirig match {folder} --overwrite` again"
-        ));
-    }
     Ok(Captured {
         folder: folder.display().to_string(),
         frames: sequence.frames().len(),
+        taken: sequence.frames().len().saturating_sub(before),
         retakes: sequence.events().iter().filter(|event| matches!(event, Event::Retake(_))).count(),
         closure,
         times: sequence.stop().and_then(|stop| stop.times),
+        simulated_time,
     })
 }
 
@@ -116,35 +125,102 @@ impl Captured {
             1 => ", 1 attempt failed and was repeated".to_owned(),
             count => format!(", {count} attempts failed and were repeated"),
         };
-        let home = self.closure.as_ref().and_then(|closure| closure.home_shift_mm);
-        let home = home
-            .map_or(String::new(), |shift_mm| format!("home found again within {:.4} mm; ", shift_mm.abs()));
-        let picture = self.closure.as_ref().and_then(|closure| closure.comparison.as_ref());
-        let picture = picture.map_or(String::new(), |found| {
+        let time = self.times.as_ref().map_or(String::new(), |times| took(times, self.simulated_time));
+        format!("{frames} frames in {folder}{retakes}\n{time}check at the end   {}\n", self.check())
+    }
+
+    /// Whether the rig was at the end as at the beginning.
+    fn check(&self) -> String {
+        let home_mm = self.closure.as_ref().and_then(|closure| closure.home_shift_mm).map(f64::abs);
+        let home = home_mm.map(|shift_mm| match shift_mm >= LEAST_MM {
+            true => format!("home was found {shift_mm:.4} mm from where it had been"),
+            false => "home was found where it had been".to_owned(),
+        });
+        let compared = self.closure.as_ref().and_then(|closure| closure.comparison.as_ref());
+        let picture = compared.map(|found| {
             let moved_px = found.x_px.hypot(found.y_px);
-            format!(
-                "the first frame, taken again, has moved by {moved_px:.4} px (sigma {:.4}), its light by {:+.2} %",
-                found.sigma_px,
-                100.0 * (found.light - 1.0)
-            )
+            let light = match 100.0 * (found.light - 1.0) {
+                change if change.abs() >= LEAST_PERCENT => format!(", with {change:+.2} % of light"),
+                _ => String::new(),
+            };
+            match moved_px >= LEAST_PX {
+                true => format!(
+                    "the first frame, taken again, has moved by {moved_px:.4} px (sigma {:.4}){light}",
+                    found.sigma_px
+                ),
+                false => format!("the first frame, taken again, has not moved{light}"),
+            }
         });
-        let closing = match home + &picture {
-            none if none.is_empty() => "no check of lost steps was possible".to_owned(),
-            words => words,
+        let found: Vec<String> = home.into_iter().chain(picture).collect();
+        match found.is_empty() {
+            true => {
+                "whether steps were lost is not known: neither the stage nor the picture tells".to_owned()
+            }
+            false => found.join("; "),
+        }
+    }
+
+    /// The commands that come next, none of which would be refused.
+    pub(super) fn next(&self, profile: &Profile) -> String {
+        let folder = Path::new(&self.folder);
+        let (named, has_results) = (quoted(folder), folder.join(RESULTS).exists());
+        if self.taken == 0 && has_results {
+            return format!("`epirig view {named}` shows its results\n");
+        }
+        let stale = if has_results { "the results there are those of fewer frames\n" } else { "" };
+        let again = |is_there: bool| if is_there { " --overwrite" } else { "" };
+        let calibrate = match can_be_calibrated(profile) {
+            true => format!("`epirig calibrate {named}{}`, then ", again(folder.join(CALIBRATION).exists())),
+            false => String::new(),
         };
-        let time = self.times.as_ref().map_or(String::new(), |times| {
-            let overhead = times
-                .overhead()
-                .map_or(String::new(), |overhead| format!(", {overhead:.3} of what stage and camera need"));
-            format!(
-                "took {:.1} s (moving {:.1} s, settling {:.1} s, exposing {:.1} s){overhead}\n",
-                times.total_s, times.moving_s, times.settling_s, times.exposing_s
-            )
-        });
-        let named = quoted(Path::new(folder));
         format!(
-            "{frames} frames in {folder}{retakes}\n{time}closing: {closing}\n`epirig verify {named}` checks them, `epirig match \
-             {named}` measures with them\n"
+            "{stale}next: {calibrate}`epirig match {named}{}`; `epirig verify {named}` checks the frames\n",
+            again(has_results)
         )
+    }
+}
+
+/// Less than this is shown as nothing: the digits that are printed.
+const LEAST_MM: f64 = 5e-5;
+const LEAST_PX: f64 = 5e-5;
+const LEAST_PERCENT: f64 = 5e-3;
+
+/// Where the time went.
+fn took(times: &TimesRecord, is_simulated: bool) -> String {
+    /// A share that a person would want to know of.
+    const MUCH: f64 = 1.05;
+    let clock = if is_simulated { " by the clock of the simulated rig" } else { "" };
+    let needed_s = times.moving_s + times.settling_s + times.exposing_s;
+    let waited = match times.overhead() {
+        Some(overhead) if overhead > MUCH => {
+            format!(", waiting for the program {:.1} s", times.total_s - needed_s)
+        }
+        _ => String::new(),
+    };
+    format!(
+        "took {:.1} s{clock}: moving {:.1} s, settling {:.1} s, exposing {:.1} s{waited}\n",
+        times.total_s, times.moving_s, times.settling_s, times.exposing_s
+    )
+}
+
+/// Says if the disk is short for the frames of a plan, of which `present` exist; refuses it if it is too small,
+/// unless `anyway`.
+pub(super) fn check_room(
+    devices: &mut Devices<'_>,
+    folder: &Path,
+    present: usize,
+    anyway: bool,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    let configuration = devices.camera.configure(&devices.plan.camera)?;
+    let check = check_disk(&devices.plan, present, free_bytes(folder), &configuration);
+    let words = format!("{}: {}", check.finding, check.advice.unwrap_or_default());
+    match check.verdict {
+        Verdict::Bad if !anyway => Err(CliError::NoRoom(words)),
+        Verdict::Bad | Verdict::Warning => {
+            talk.say(&format!("warning: {words}"));
+            Ok(())
+        }
+        Verdict::Good | Verdict::Unknown => Ok(()),
     }
 }

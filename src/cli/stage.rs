@@ -4,6 +4,7 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use super::console::Console;
+use super::numbers::mm;
 use super::rig::{Options, RigArgument, StageArguments, Stages, driver, home};
 use super::{CliError, Talk};
 use crate::profile::Profile;
@@ -64,7 +65,7 @@ struct Home {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig stage move 12.5
-  epirig stage move --by -1.5
+  epirig stage move --by -1.5                           or with a unit: '12.5 mm', '-200 um'
   epirig stage move 12.5 --approach-mm 0.5              ends upwards, against backlash
   epirig stage move 12.5 --home --driver sim            no hardware needed
 
@@ -72,10 +73,10 @@ The stage must be homed. The move is done when the stage reports the position.
 Ctrl-C stops the stage.")]
 struct Move {
     /// Target position, in mm from home
-    #[arg(value_name = "MM", allow_negative_numbers = true, required_unless_present = "by")]
+    #[arg(value_name = "MM", value_parser = mm, allow_negative_numbers = true, required_unless_present = "by")]
     to: Option<f64>,
     /// Distance from the present position, in mm
-    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "to")]
+    #[arg(long, value_name = "MM", value_parser = mm, allow_hyphen_values = true, conflicts_with = "to")]
     by: Option<f64>,
     /// Home the stage first
     #[arg(long)]

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::choice::choice;
 use super::need::{check, close_others};
+use super::numbers::mm;
 use super::region::{RegionArguments, four};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
@@ -76,10 +77,10 @@ pub(super) struct Surface {
     #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     profile_width: u32,
     /// Cut-off of the S-filter, in mm: shorter waves do not count as roughness [default: no filter]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = mm)]
     s_filter_mm: Option<f64>,
     /// Cut-off of the L-filter, in mm: longer waves do not count as roughness [default: no filter]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = mm)]
     l_filter_mm: Option<f64>,
     #[command(flatten)]
     anyway: AnywayArgument,
@@ -198,6 +199,11 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
     let summary = inspect_surface(measured, &questions, &folder)?;
     folder.commit()?;
     Ok((summary, out.join(REPORT)))
+}
+
+/// Where the surface is, in a line.
+pub(super) fn brief(summary: &SurfaceSummary) -> String {
+    format!("distance           {}; a pixel is {:.4} mm wide\n", distance(summary), summary.pixel_mm)
 }
 
 /// The numbers of a surface, a line each, and at last what they say.

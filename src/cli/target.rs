@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::choice::choice;
 use super::files::write_new;
+use super::numbers::mm;
 use super::{CliError, Talk};
 use epirig_calibration::target::print::{Page, Sheet};
 use epirig_calibration::target::{ChessBoard, Target};
@@ -48,13 +49,13 @@ struct Print {
     #[arg(long, default_value_t = 2)]
     rows: usize,
     /// Side of a square, in mm
-    #[arg(long, value_name = "MM", default_value_t = 7.5)]
+    #[arg(long, value_name = "MM", value_parser = mm, default_value_t = 7.5)]
     square_mm: f64,
     /// Number of boards on the sheet: 1, or 2 with the measured area between them
     #[arg(long, default_value_t = 2)]
     bands: usize,
     /// Distance from the first row of corners of the first band to that of the second, in mm
-    #[arg(long, value_name = "MM", default_value_t = 127.5)]
+    #[arg(long, value_name = "MM", value_parser = mm, default_value_t = 127.5)]
     band_distance_mm: f64,
     /// Paper size, upright or turned; `fit` is as large as the target needs
     #[arg(long, value_parser = choice::<Page>(), default_value_t = Page::A4)]

@@ -42,6 +42,9 @@ pub(super) struct Serving {
 impl View {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let view = ResultsView::open(&self.seq, self.results.as_deref())?;
+        if let Some(reason) = view.unfit() {
+            talk.say(&format!("note: only the frames are shown: {reason}"));
+        }
         let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })?;
         let stop = server.stop_switch();
         interrupt::calls(move || stop.press());

@@ -65,7 +65,7 @@ fn examine_parts(
         checks: vec![
             rules::travel(&plan.scan.positions_mm, stage.travel_mm()),
             rules::holding(stage.holds_at_rest()),
-            rules::disk(plan, &configuration),
+            rules::disk(&plan.scan, 0, plan.free_bytes, &configuration),
             rules::automatic_controls(&configuration),
             rules::exposure(configuration.exposure_us, plan.mains_hz),
         ],

@@ -29,6 +29,7 @@ pub use flicker::{Flicker, nearest_exposure_us, suits_mains};
 pub use motion::{ImageMotion, measure_motion};
 pub use prediction::{Prediction, Prospect, Resolution};
 pub use repeatability::{RETURNS, Repeatability, measure_repeatability};
+pub use rules::disk as check_disk;
 pub use sampling::{RepeatedPhases, better_step_mm, repeated_phases};
 pub use settling::{Settling, measure_settling};
 pub use view::View;

@@ -1,7 +1,8 @@
 //! Checks by rules, from plan, stage and settings without a picture.
 
 use super::flicker::{nearest_exposure_us, suits_mains};
-use super::{Check, DoctorPlan, Verdict};
+use super::{Check, Verdict};
+use crate::capture::CapturePlan;
 use epirig_devices::camera::Configuration;
 
 /// Mains frequencies, in Hz.
@@ -48,13 +49,19 @@ pub(super) fn holding(holds: Option<bool>) -> Check {
     }
 }
 
-/// Whether the frames fit on the disk, calculated without compression.
-pub(super) fn disk(plan: &DoctorPlan, configuration: &Configuration) -> Check {
+/// Whether the frames of `plan` fit on a disk with `free_bytes`, calculated without compression. `present` frames
+/// are there already.
+pub fn disk(
+    plan: &CapturePlan,
+    present: usize,
+    free_bytes: Option<u64>,
+    configuration: &Configuration,
+) -> Check {
     const NAME: &str = "disk";
-    let frames = plan.scan.positions_mm.len() + plan.scan.calibration_frames();
-    let needed = (plan.scan.frame_bytes(configuration) + BESIDES_BYTES) * frames as u64;
+    let frames = (plan.positions_mm.len() + plan.calibration_frames()).saturating_sub(present);
+    let needed = (plan.frame_bytes(configuration) + BESIDES_BYTES) * frames as u64;
     let needs = format!("the sequence takes {:.1} MB at most", needed as f64 / MB);
-    let Some(free) = plan.free_bytes else {
+    let Some(free) = free_bytes else {
         return Check::with_advice(
             NAME,
             Verdict::Unknown,
@@ -146,7 +153,6 @@ pub(super) fn exposure(exposure_us: Option<f64>, mains_hz: Option<f64>) -> Check
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture::CapturePlan;
 
     #[test]
     fn exposures_are_judged_by_the_mains_there_are() {
@@ -191,20 +197,15 @@ mod tests {
             pinned: Vec::new(),
             notes: vec!["the images come compressed".to_owned()],
         };
-        let plan = |averaged, free_bytes| DoctorPlan {
-            scan: CapturePlan { averaged, ..CapturePlan::at(vec![0.0; 10]) },
-            distance_mm: None,
-            relief_mm: None,
-            mains_hz: None,
-            free_bytes,
-            short: true,
-        };
-        let verdict = |averaged, free_bytes| disk(&plan(averaged, free_bytes), &configuration).verdict;
+        let plan = |averaged| CapturePlan { averaged, ..CapturePlan::at(vec![0.0; 10]) };
+        let verdict = |averaged, free_bytes| disk(&plan(averaged), 0, free_bytes, &configuration).verdict;
         // 10 x 500 kB; twice that averaged; and 82 kB besides.
         assert_eq!(verdict(1, Some(10_200_000)), Verdict::Good);
         assert_eq!(verdict(4, Some(10_200_000)), Verdict::Warning);
         assert_eq!(verdict(4, Some(10_000_000)), Verdict::Bad);
         assert_eq!(verdict(1, None), Verdict::Unknown);
+        // Half of the frames are there already.
+        assert_eq!(disk(&plan(4), 5, Some(10_100_000), &configuration).verdict, Verdict::Good);
         assert_eq!(automatic_controls(&configuration).verdict, Verdict::Warning);
     }
 }

@@ -34,6 +34,9 @@ pub struct Settling {
     /// at rest. Frames that change during the comparison with their neighbour are not delivered, so it is too
     /// short by at most one frame interval.
     pub settle: Duration,
+    /// Time from the end of the move to the start of the last exposure in which the picture was not at rest;
+    /// `None` if it was at rest in all. The camera gave no earlier frame then.
+    pub moving: Option<Duration>,
     /// Time between frames, which is the resolution of `settle`.
     pub resolution: Duration,
     /// Tolerance of rest, in px.
@@ -88,6 +91,7 @@ fn judge(shifts: &[Option<Shift>], starts: &[Moment], moved: Moment, resolution:
     let is_late = |start: &Moment| start.since(moved) > watched.mul_f64(1.0 - LAST_PART);
     Settling {
         settle: starts.get(first).map_or(Duration::ZERO, |start| start.since(moved)),
+        moving: restless.and_then(|index| starts.get(index)).map(|start| start.since(moved)),
         resolution,
         tolerance_px,
         farthest_px: known().map(off).fold(0.0, f64::max),
@@ -116,6 +120,7 @@ mod tests {
         assert_eq!(found.settle, Duration::from_millis(760));
         assert_eq!((found.farthest_px, found.tolerance_px), (1.0, 0.02));
         assert!(found.at_rest && found.watched == Duration::from_millis(37 * 40), "{found:?}");
+        assert_eq!(found.moving, Some(Duration::from_millis(720)));
         shifts[30] = None;
         let found = judge(&shifts, &starts, Moment::default(), Duration::from_millis(40));
         assert_eq!(found.settle, Duration::from_millis(31 * 40), "what cannot be compared is not at rest");
@@ -148,5 +153,6 @@ mod tests {
         let starts: Vec<Moment> = (1..4).map(|index| Moment::from_ns(1_000_000 * index)).collect();
         let found = judge(&[shift(0.14), shift(-0.1)], &starts, Moment::default(), Duration::ZERO);
         assert_eq!((found.settle, found.tolerance_px), (Duration::from_millis(1), SIGMAS * 0.05));
+        assert_eq!(found.moving, None);
     }
 }

@@ -37,15 +37,20 @@ pub(super) fn settling(found: &Settling, given: Duration) -> Check {
         let advice = "look for vibration, fans and loose mounts, and observe the picture for longer";
         return Check::with_advice(NAME, Verdict::Warning, finding, advice);
     }
-    let finding = format!(
-        "the picture rests within {:.3} px {:.0} ms after a move (known to {:.0} ms); {:.0} ms are planned",
-        found.tolerance_px,
+    let (rests, settle, planned) = (
+        format!("the picture rests within {:.3} px", found.tolerance_px),
         ms(found.settle),
-        ms(found.resolution),
-        ms(given)
+        format!("{:.0} ms are planned", ms(given)),
     );
-    // The first frame after the move is the earliest possible one.
-    if found.settle > given + found.resolution {
+    let Some(moving) = found.moving else {
+        let finding = format!(
+            "{rests} in every frame, from the first that the camera gives, {settle:.0} ms after a move; {planned}"
+        );
+        return Check::good(NAME, finding);
+    };
+    let finding =
+        format!("{rests} {settle:.0} ms after a move, and not yet at {:.0} ms; {planned}", ms(moving));
+    if found.settle > given {
         let wait = format!("plan {:.0} ms to settle", (ms(found.settle) / 10.0).ceil() * 10.0);
         Check::with_advice(NAME, Verdict::Warning, finding, wait)
     } else {
@@ -215,6 +220,7 @@ mod tests {
     fn a_stage_that_settles_later_than_planned_is_told() {
         let found = Settling {
             settle: Duration::from_millis(312),
+            moving: Some(Duration::from_millis(272)),
             resolution: Duration::from_millis(40),
             tolerance_px: 0.02,
             farthest_px: 3.0,
@@ -222,7 +228,12 @@ mod tests {
             watched: Duration::from_millis(1500),
             at_rest: true,
         };
-        assert_eq!(settling(&found, Duration::from_millis(300)).verdict, Verdict::Good);
+        assert_eq!(settling(&found, Duration::from_millis(312)).verdict, Verdict::Good);
+        assert_eq!(settling(&found, Duration::from_millis(300)).verdict, Verdict::Warning);
+        // Nothing was seen to move, so the first frame says nothing about a shorter time.
+        let first = settling(&Settling { moving: None, ..found }, Duration::from_millis(300));
+        assert_eq!(first.verdict, Verdict::Good);
+        assert!(first.finding.contains("the first that the camera gives, 312 ms"), "{}", first.finding);
         let late = settling(&found, Duration::from_millis(200));
         assert_eq!(late.advice.as_deref(), Some("plan 320 ms to settle"));
         let never = settling(&Settling { at_rest: false, ..found }, Duration::from_millis(2000));

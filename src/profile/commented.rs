@@ -7,13 +7,14 @@ use epirig_core::settings::quantity::Quantity;
 /// Columns of a comment.
 const WIDTH: usize = 100;
 
-/// The connected devices.
+/// The connected devices. Without findings the template says nothing of them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// Serial ports as [`PortChoice`](epirig_devices::link::PortChoice) parses them, the most likely first.
-    pub ports: Vec<String>,
-    /// Cameras, the most likely first.
-    pub cameras: Vec<FoundCamera>,
+    /// USB serial ports as [`PortChoice`](epirig_devices::link::PortChoice) parses them, the most likely first;
+    /// `None` if nobody looked for them.
+    pub ports: Option<Vec<String>>,
+    /// Cameras, the most likely first; `None` if nobody looked for them.
+    pub cameras: Option<Vec<FoundCamera>>,
 }
 
 /// A connected camera.
@@ -125,9 +126,9 @@ impl Lines {
         }
         self.comment(&format!("{facts}."));
         let found = if std::ptr::eq(key, &stage::PORT) {
-            self.ports(&findings.ports)
+            self.ports(findings.ports.as_deref())
         } else if std::ptr::eq(key, &camera::DEVICE) {
-            self.cameras(&findings.cameras)
+            self.cameras(findings.cameras.as_deref())
         } else {
             None
         };
@@ -153,9 +154,9 @@ impl Lines {
     }
 
     /// Lists the ports that were found; returns the port if there is only one.
-    fn ports<'f>(&mut self, ports: &'f [String]) -> Option<&'f str> {
-        match ports {
-            [] => self.comment("No serial port was found."),
+    fn ports<'f>(&mut self, ports: Option<&'f [String]>) -> Option<&'f str> {
+        match ports? {
+            [] => self.comment("No USB serial port was found."),
             [only] => return Some(only),
             several => {
                 self.comment("Several serial ports were found; name the one of the stage:");
@@ -166,7 +167,7 @@ impl Lines {
     }
 
     /// Lists the cameras that were found; returns the camera if there is only one.
-    fn cameras<'f>(&mut self, cameras: &'f [FoundCamera]) -> Option<&'f str> {
+    fn cameras<'f>(&mut self, cameras: Option<&'f [FoundCamera]>) -> Option<&'f str> {
         let facts = |camera: &FoundCamera| {
             let formats = if camera.formats.is_empty() {
                 "no known format".to_owned()
@@ -175,7 +176,7 @@ impl Lines {
             };
             format!("{}, formats: {formats}", camera.model)
         };
-        match cameras {
+        match cameras? {
             [] => self.comment("No camera was found."),
             [only] => {
                 self.comment(&format!("Found: {}", facts(only)));
@@ -214,9 +215,9 @@ mod tests {
 
     #[test]
     fn with_nothing_found_it_sets_nothing_and_has_every_key_once() {
-        let text = commented(&Findings::default());
+        let text = commented(&Findings { ports: Some(Vec::new()), cameras: Some(Vec::new()) });
         assert_eq!(Profile::read(&text, "rig.toml", &[]), Profile::of(&[]));
-        assert!(text.contains("# No serial port was found.\n# port = "), "{text}");
+        assert!(text.contains("# No USB serial port was found.\n# port = "), "{text}");
         assert!(text.contains("# No camera was found.\n# device = "), "{text}");
         for section in SECTIONS {
             let heading = format!("\n[{}]\n", section.name);
@@ -227,6 +228,12 @@ mod tests {
             }
         }
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+    }
+
+    #[test]
+    fn what_was_not_looked_for_is_not_said_to_be_missing() {
+        let text = commented(&Findings::default());
+        assert!(!text.contains("found"), "{text}");
     }
 
     #[test]
@@ -249,22 +256,22 @@ mod tests {
     #[test]
     fn the_only_one_found_is_filled_in() {
         let findings = Findings {
-            ports: vec!["usb:A\"1\\\n".to_owned()],
-            cameras: vec![camera("usb:B2", &["GREY", "Y12"])],
+            ports: Some(vec!["usb:A\"1\\\n".to_owned()]),
+            cameras: Some(vec![camera("usb:B2", &["GREY", "Y12"])]),
         };
         let text = commented(&findings);
         let profile = Profile::read(&text, "rig.toml", &[]).unwrap();
         assert_eq!(profile.stage.port.as_deref(), Some("usb:A\"1\\\n"));
         assert_eq!(profile.camera.device.as_deref(), Some("usb:B2"));
         assert!(text.contains("# Found: HD Pro Webcam \"C920\", formats: GREY, Y12\n"), "{text}");
-        assert!(!text.contains("No serial port") && !text.contains("No camera"), "{text}");
+        assert!(!text.contains("No USB serial port") && !text.contains("No camera"), "{text}");
     }
 
     #[test]
     fn of_several_none_is_filled_in_and_all_are_listed() {
         let findings = Findings {
-            ports: vec!["usb:A1".to_owned(), "/dev/ttyS0".to_owned()],
-            cameras: vec![camera("usb:B2", &["GREY"]), camera("/dev/video4", &[])],
+            ports: Some(vec!["usb:A1".to_owned(), "/dev/ttyS0".to_owned()]),
+            cameras: Some(vec![camera("usb:B2", &["GREY"]), camera("/dev/video4", &[])]),
         };
         let text = commented(&findings);
         assert_eq!(Profile::read(&text, "rig.toml", &[]), Profile::of(&[]));

@@ -196,6 +196,16 @@ pub enum Problem {
         /// The first place.
         first: Place,
     },
+    /// A value that contradicts another one.
+    #[error("{key} = {value} is not possible: {reason}")]
+    Contradicts {
+        /// The key.
+        key: String,
+        /// As it was given.
+        value: String,
+        /// What it contradicts, and what is possible.
+        reason: String,
+    },
     /// A key without effect.
     #[error("{key} has no effect {with}; remove it")]
     MeansNothing {

@@ -1,5 +1,6 @@
 //! Builds the typed profile from settings, with the rules across keys.
 
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use super::Profile;
@@ -39,6 +40,7 @@ pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
     if reader.mistakes.is_empty() {
         reader.refuse_what_is_ignored(&profile);
         reader.ask_for_what_is_needed(&profile);
+        reader.refuse_impossible_optics(&profile);
     }
     (profile, reader.mistakes)
 }
@@ -306,6 +308,69 @@ impl Reader {
             let problem = Problem::MeansNothing { key: key.path(), with };
             self.mistakes.push(Mistake { place: setting.place.clone(), problem });
         }
+    }
+
+    /// Refuses lengths that no lens has.
+    fn refuse_impossible_optics(&mut self, profile: &Profile) {
+        /// Focal length over width of the sensor: views of 157 deg and of 0.6 deg.
+        const WIDTHS: RangeInclusive<f64> = 0.1..=100.0;
+        /// Size of the picture over that of the object: more than macro lenses have.
+        const LARGEST_PICTURE: f64 = 10.0;
+        let (optics, relief_mm) = (&profile.optics, profile.target.relief_mm);
+        let columns = profile.camera.size.map(|size| size.columns as f64);
+        // In widths of the sensor.
+        let widths = match optics.focal_length {
+            Some(FocalLength::Mm(mm)) => optics.sensor_width_mm.map(|width_mm| mm / width_mm),
+            Some(FocalLength::Px(px)) => columns.map(|columns| px / columns),
+            None => None,
+        };
+        if let Some(widths) = widths.filter(|widths| !WIDTHS.contains(widths)) {
+            let view_deg = 2.0 * (0.5 / widths).atan().to_degrees();
+            let reason = format!(
+                "it is {widths:.4} times the width of the sensor, and the camera would see {view_deg:.3} deg; {} to {} times \
+                 are allowed: check focal length, width of the sensor and their units",
+                WIDTHS.start(),
+                WIDTHS.end()
+            );
+            self.contradict(&optics::FOCAL_LENGTH, reason);
+            return;
+        }
+        let Some(distance_mm) = optics.distance_mm else { return };
+        let focal_mm = match optics.focal_length {
+            Some(FocalLength::Mm(mm)) => Some(mm),
+            _ => widths.zip(optics.sensor_width_mm).map(|(widths, width_mm)| widths * width_mm),
+        };
+        if let Some(focal_mm) = focal_mm {
+            // The lens equation.
+            let picture = focal_mm / (distance_mm - focal_mm);
+            if distance_mm <= focal_mm {
+                let reason = format!(
+                    "a lens of {focal_mm} mm shows only what is farther away than its focal length; check both lengths and \
+                     their units"
+                );
+                self.contradict(&optics::DISTANCE, reason);
+            } else if picture > LARGEST_PICTURE {
+                let reason = format!(
+                    "a lens of {focal_mm} mm would show the object {picture:.1} times as large as it is; {LARGEST_PICTURE} times \
+                     are allowed: check both lengths and their units"
+                );
+                self.contradict(&optics::DISTANCE, reason);
+            }
+        }
+        if relief_mm.is_some_and(|relief_mm| relief_mm >= distance_mm) {
+            let reason = format!("it must be less than the distance of the object, {distance_mm} mm");
+            self.contradict(&target::RELIEF, reason);
+        }
+    }
+
+    fn contradict(&mut self, key: &'static Key, reason: String) {
+        let Some(setting) = self.settings.setting(key) else { return };
+        let value = match setting.unit {
+            Some(unit) => format!("{} {}", setting.given, unit.name),
+            None => setting.given.to_string(),
+        };
+        let problem = Problem::Contradicts { key: key.path(), value, reason };
+        self.mistakes.push(Mistake { place: setting.place.clone(), problem });
     }
 
     fn ask_for_what_is_needed(&mut self, profile: &Profile) {

@@ -6,6 +6,7 @@ use crate::profile::Profile;
 use epirig_devices::link::{Link, LinkError, PortChoice, choose, open, ports};
 use epirig_devices::stage::{
     CheckedStage, Connection, MotionLimits, Stage, StageError, StagePosition, StageSource, WhenMoving,
+    connect,
 };
 
 /// Inserted between a line and its driver, such as a [`Recorder`](epirig_devices::link::Recorder).
@@ -91,7 +92,7 @@ impl StageSource for RigStage<'_> {
             when_moving: *when_moving,
         };
         let stage = &profile.stage;
-        let axis = stage.driver.connect(&mut connection, &stage.settings)?;
+        let axis = connect(stage.driver, &mut connection, &stage.settings)?;
         let limits = MotionLimits { tolerance_mm: stage.tolerance_mm };
         let checked = CheckedStage::over(axis).with_limits(limits).approaching_by(stage.approach_mm);
         // A stage in memory shows its true position.

@@ -9,6 +9,8 @@ mod command_line;
 mod compare;
 mod dark_frames;
 #[cfg(unix)]
+mod first_hour;
+#[cfg(unix)]
 mod hostile_files;
 mod import_motion;
 mod import_sources;

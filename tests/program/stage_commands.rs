@@ -77,7 +77,7 @@ fn home_move_where_and_stop_work_one_after_another() {
         &["approached from one side"],
     );
     fails(stage.path(), &["stage", "move", "201", "--port", "port"], 2, &["201 mm", "travel of 0 to 200 mm"]);
-    fails(stage.path(), &["stage", "move", "NaN", "--port", "port"], 2, &["NaN mm is outside"]);
+    fails(stage.path(), &["stage", "move", "NaN", "--port", "port"], 2, &["not a number"]);
     assert_eq!(stage.json(&["stage", "stop"])["moving"], false);
     let found = stage.json(&["stage", "position"]);
     assert_eq!((&found["position_mm"], &found["travel_mm"]), (&Value::from(1.0), &Value::from(200.0)));
@@ -97,8 +97,13 @@ fn the_wrong_driver_is_noticed_on_either_side() {
         native.path(),
         &["stage", "position", "--driver", "grbl", "--port", "port"],
         4,
-        &["does not answer", "--driver"],
+        &["answers as a native stage", "--driver native"],
     );
+    let zaber = simulated("zaber", &[]);
+    for driver in ["native", "grbl"] {
+        let arguments = ["stage", "position", "--driver", driver, "--port", "port"];
+        fails(zaber.path(), &arguments, 4, &["answers as a zaber stage", "--driver zaber"]);
+    }
 }
 
 #[test]
@@ -115,6 +120,17 @@ fn lines_sent_by_hand_cost_the_trust_in_the_position() {
     let exchanges = stage.json(&["stage", "console", "--driver", "grbl", "$$"]);
     let answers = exchanges[0]["answers"].as_array().unwrap();
     assert!(answers.contains(&Value::from("$110=400.000")) && answers.ends_with(&[Value::from("ok")]));
+    // A Zaber stage follows its position itself, and takes the commands of its manual.
+    let zaber = simulated("zaber", &[]);
+    let rig = ["--driver", "zaber", "--microstep-um", "0.49609375", "--port", "port"];
+    let run = |words: &[&str]| epirig(zaber.path(), &[words, &rig[..]].concat());
+    assert!(run(&["stage", "home"]).status.success());
+    let moved = run(&["stage", "console", "/1 move abs 5000", "/get pos"]);
+    let (said, told) = (String::from_utf8(moved.stdout).unwrap(), String::from_utf8(moved.stderr).unwrap());
+    assert!(said.contains("@01 0 OK BUSY -- 0") && said.contains("> /get pos\n@01 0 OK "), "{said}");
+    assert!(!told.contains("not trusted"), "{told}");
+    let found = String::from_utf8(run(&["stage", "move", "2"]).stdout).unwrap();
+    assert!(found.starts_with("2.000") || found.starts_with("1.999"), "{found}");
     let native = simulated("native", &[]);
     fails(native.path(), &["stage", "console", "--port", "port"], 2, &["native has no lines"]);
 }

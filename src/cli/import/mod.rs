@@ -11,6 +11,7 @@ use clap::Args;
 
 use super::choice::choice;
 use super::need::{close_others, refuse_more_than_there_is};
+use super::numbers::positive_mm;
 use super::rig::{Options, named_profile};
 use super::{CliError, Talk};
 use crate::pipeline::import_need;
@@ -77,7 +78,7 @@ pub(super) struct Import {
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step_mm")]
     positions: Option<PathBuf>,
     /// Distance between neighbouring frames, in mm
-    #[arg(long, value_name = "MM", value_parser = parse_positive)]
+    #[arg(long, value_name = "MM", value_parser = positive_mm)]
     step_mm: Option<f64>,
     /// Bit depth of the camera, if it is less than that of the files
     #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(1..=16))]

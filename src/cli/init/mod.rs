@@ -3,25 +3,29 @@
 mod questions;
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use serde::Serialize;
 
+use super::devices::{CAMERAS_AT, PORTS_AT, look_for_cameras, look_for_ports};
 use super::files::write_new;
 use super::progress::tell;
+use super::rig::{LOCAL, named_profile, simulated_names};
 use super::{CliError, Talk};
 use crate::profile::{Draft, Findings, FoundCamera, commented};
 use epirig_core::shell::quoted;
 use epirig_devices::camera::pixels::PixelFormat;
-use epirig_devices::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};
-use epirig_devices::link::{LinkError, PortFacts, ports};
+use epirig_devices::camera::{Camera, CameraIdentity, V4l2Camera, V4l2Device};
+use epirig_devices::link::PortFacts;
 use questions::{ask, mistakes};
 
-/// Write a rig profile for the connected devices
+/// Write a rig profile for the connected devices, or of a simulated rig
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig init                     writes rig.toml here, which other commands then take
+  epirig init --rig sim           the same for a simulated rig: no hardware needed
   epirig init --out lab/rig.toml
   epirig init --non-interactive   asks nothing
 
@@ -30,8 +34,11 @@ terminal it asks for lens, steps and boards. All other keys are listed as commen
 meaning. An existing file is refused.")]
 pub(super) struct Init {
     /// The file to write
-    #[arg(long, value_name = "FILE", default_value = "rig.toml")]
+    #[arg(long, value_name = "FILE", default_value = LOCAL)]
     out: PathBuf,
+    /// Write the whole profile of a simulated rig: sim, or real for one with the faults of real ones
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(simulated_names()))]
+    rig: Option<String>,
     /// Ask nothing, also in a terminal
     #[arg(long)]
     non_interactive: bool,
@@ -40,8 +47,9 @@ pub(super) struct Init {
 #[derive(Serialize)]
 struct Written {
     file: String,
-    ports: Vec<String>,
-    cameras: Vec<String>,
+    /// `None` if nobody looked for them.
+    ports: Option<Vec<String>>,
+    cameras: Option<Vec<String>>,
 }
 
 impl Init {
@@ -52,8 +60,33 @@ impl Init {
                 self.out.display()
             )));
         }
+        match &self.rig {
+            Some(name) => self.simulated(name, talk),
+            None => self.connected(talk),
+        }
+    }
+
+    /// Writes the profile of a simulated rig.
+    fn simulated(&self, name: &str, talk: &Talk) -> Result<(), CliError> {
+        let (text, source) = named_profile(Path::new(name))?;
+        let nobody_looked = Findings::default();
+        let draft = Draft::read(&text, &source, &[])?;
+        write_new(&self.out, draft.commented(&nobody_looked).as_bytes())?;
+        let written = Written { file: self.out.display().to_string(), ports: None, cameras: None };
+        talk.result(&written, || {
+            format!(
+                "{} written: stage and camera are simulated\n`epirig doctor{1}` examines the rig, `epirig run{1} --out \
+                 tile` measures\n",
+                quoted(&self.out),
+                self.named()
+            )
+        })
+    }
+
+    /// Writes a profile for the connected devices.
+    fn connected(&self, talk: &Talk) -> Result<(), CliError> {
         let findings = findings()?;
-        let mut draft = Draft::read(&commented(&findings), "rig.toml", &[])?;
+        let mut draft = Draft::read(&commented(&findings), LOCAL, &[])?;
         if !self.non_interactive && std::io::stdin().is_terminal() {
             draft = ask(draft, &mut std::io::stdin().lock(), &mut |line| tell(line));
         }
@@ -61,40 +94,52 @@ impl Init {
             talk.say(&format!("note: {mistake}"));
         }
         write_new(&self.out, draft.commented(&findings).as_bytes())?;
+        let names = |cameras: Vec<FoundCamera>| cameras.into_iter().map(|camera| camera.choice).collect();
         let written = Written {
             file: self.out.display().to_string(),
-            cameras: findings.cameras.iter().map(|camera| camera.choice.clone()).collect(),
+            cameras: findings.cameras.map(names),
             ports: findings.ports,
         };
         talk.result(&written, || {
-            let list = |found: &[String], what: &str| match found {
-                [] => format!("no {what} found"),
-                found => format!("{what}: {}", found.join(", ")),
+            let lacks_some = [&written.ports, &written.cameras].iter().any(|found| found.as_ref().is_none_or(Vec::is_empty));
+            let simulate = if lacks_some {
+                "without hardware: `epirig init --rig sim` writes a simulated rig, in another file or folder\n"
+            } else {
+                ""
             };
-            let file = quoted(&self.out);
             format!(
-                "{file} written ({}; {})\nfill in what is missing of plan and optics, then `epirig doctor --rig {file}` examines the rig\n",
-                list(&written.ports, "serial port"),
-                list(&written.cameras, "camera")
+                "{} written\n{}{}fill in what is missing of stage, camera, plan and optics; then `epirig doctor{}` examines the \
+                 rig\n{simulate}",
+                quoted(&self.out),
+                found(written.ports.as_deref(), "USB serial port", PORTS_AT),
+                found(written.cameras.as_deref(), "camera", CAMERAS_AT),
+                self.named()
             )
         })
+    }
+
+    /// The option that names the file to other commands, if they need it.
+    fn named(&self) -> String {
+        if self.out == Path::new(LOCAL) { String::new() } else { format!(" --rig {}", quoted(&self.out)) }
+    }
+}
+
+/// A line about devices: which were found, or where they were looked for.
+fn found(names: Option<&[String]>, what: &str, at: &str) -> String {
+    match names {
+        None => format!("{what}: not looked for; this epirig has no driver for those of this system\n"),
+        Some([]) => format!("{what}: none found in {at}\n"),
+        Some(names) => format!("{what}: {}\n", names.join(", ")),
     }
 }
 
 fn findings() -> Result<Findings, CliError> {
-    let ports = match ports() {
-        Err(LinkError::NotOnThisSystem { .. }) => Vec::new(),
-        found => found?,
-    };
-    let cameras = match cameras() {
-        Err(CameraError::NotOnThisSystem { .. }) => Vec::new(),
-        found => found?,
-    };
-    Ok(Findings {
-        // Ports of the main board exist whether or not anything is connected to them.
-        ports: ports.iter().filter(|port| port.usb.is_some()).map(port_choice).collect(),
-        cameras: cameras.iter().map(|camera| found_camera(camera, &cameras)).collect(),
-    })
+    // Ports of the main board exist whether or not anything is connected to them.
+    let of_usb =
+        |ports: Vec<PortFacts>| ports.iter().filter(|port| port.usb.is_some()).map(port_choice).collect();
+    let known =
+        |cameras: Vec<CameraIdentity>| cameras.iter().map(|camera| found_camera(camera, &cameras)).collect();
+    Ok(Findings { ports: look_for_ports()?.map(of_usb), cameras: look_for_cameras()?.map(known) })
 }
 
 /// A name that does not depend on the socket, if the port has one.

@@ -7,7 +7,7 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 use super::profile::{Options, SHORT_NAMES};
 use crate::profile::key;
-use epirig_core::settings::quantity::{Unit, measure};
+use epirig_core::settings::quantity::{Unit, measure, number};
 use epirig_core::settings::{Key, Kind};
 
 /// A group of options, as help has it.
@@ -58,9 +58,10 @@ impl KeyOption {
         Self { key, unit, name: with_unit(key, unit).replace('_', "-"), remark: String::new() }
     }
 
-    /// The key as an override names it: with the unit of the option.
-    fn path(&self) -> String {
-        format!("{}.{}", self.key.section, with_unit(self.key, self.unit))
+    /// The key as an override names it: with the unit of the option if the value is a number alone.
+    fn path(&self, value: &str) -> String {
+        let unit = self.unit.filter(|_| number(value.trim()).is_some());
+        format!("{}.{}", self.key.section, with_unit(self.key, unit))
     }
 
     /// The default of the key, in the unit of the option.
@@ -132,7 +133,7 @@ impl<G: KeyGroup> FromArgMatches for KeyOptions<G> {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         let given = G::options().into_iter().filter_map(|option| {
             let value = matches.get_one::<String>(&option.name)?;
-            Some((option.path(), format!("--{}", option.name), value.clone()))
+            Some((option.path(value), format!("--{}", option.name), value.clone()))
         });
         self.given = given.collect();
         Ok(())
@@ -164,9 +165,27 @@ mod tests {
         for option in options {
             let Some(default) = option.default().filter(|_| option.remark.is_empty()) else { continue };
             let of_default =
-                Override { key: option.path(), value: default, from: format!("--{}", option.name) };
+                Override { key: option.path(&default), value: default, from: format!("--{}", option.name) };
             assert_eq!(Profile::of(&[of_default]), Profile::of(&[]), "--{}", option.name);
         }
+    }
+
+    #[test]
+    fn a_value_may_have_a_unit_of_its_own() {
+        let step = KeyOption::quantity("plan.step", epirig_core::settings::quantity::MM).unwrap();
+        let profile = |value: &str| {
+            Profile::of(&[Override {
+                key: step.path(value),
+                value: value.to_owned(),
+                from: "--step-mm".to_owned(),
+            }])
+        };
+        for value in ["1.5", "1.5 mm", "1500um"] {
+            assert_eq!(profile(value).unwrap().plan.step_mm, Some(1.5), "{value}");
+        }
+        let refused = |value: &str| profile(value).unwrap_err().to_string();
+        assert!(refused("1,5").contains("decimal point"), "{}", refused("1,5"));
+        assert!(refused("1.5 s").contains("the unit of a time"), "{}", refused("1.5 s"));
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::profile::{Draft, Override, Profile, ProfileError, REAL, SIM, override
 use epirig_data::storage::read_text;
 
 /// Default profile in the working directory ...
-const LOCAL: &str = "rig.toml";
+pub(in crate::cli) const LOCAL: &str = "rig.toml";
 /// ... or in the user's configuration folder.
 const GLOBAL: &str = "epirig/rig.toml";
 /// The simulated rigs: name, name in messages, profile.
@@ -138,6 +138,11 @@ pub(in crate::cli) fn named_profile(path: &Path) -> Result<(String, String), Cli
         Some((source, text)) => Ok((text.to_owned(), source.to_owned())),
         None => Ok((read(path)?, path.display().to_string())),
     }
+}
+
+/// The names of the simulated rigs.
+pub(in crate::cli) fn simulated_names() -> [&'static str; SIMULATED.len()] {
+    SIMULATED.map(|(name, ..)| name)
 }
 
 /// The name in messages and the profile of a simulated rig.

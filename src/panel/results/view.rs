@@ -10,7 +10,7 @@ use super::frames::Frames;
 use super::maps::Maps;
 use crate::memory::available;
 use crate::panel::PanelError;
-use crate::pipeline::{OpenedResults, half_frames, half_heights, halves_need, open_results};
+use crate::pipeline::{OpenedResults, PipelineError, half_frames, half_heights, halves_need, open_results};
 use crate::results::ResultFiles;
 use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
@@ -26,10 +26,12 @@ pub struct ResultsView {
     pub(super) sequence: Sequence,
     /// Folder of the results.
     pub(super) folder: PathBuf,
-    /// `None` if the sequence has not been matched.
+    /// `None` if the sequence has not been matched, or its results are not those of its frames.
     pub(super) results: Option<OpenedResults>,
     /// Their surface; `None` if it has not been measured.
     pub(super) surface: Option<ResultFiles>,
+    /// Why results that exist are not shown.
+    unfit: Option<String>,
     pub(super) maps: Maps,
     pub(super) frames: Frames,
     pub(super) epis: Arc<Epis>,
@@ -39,7 +41,7 @@ pub struct ResultsView {
 
 impl ResultsView {
     /// Opens the sequence in `folder` with its results in `results`; by default those in its folder
-    /// `results`, if there are any.
+    /// `results`, if there are any. If those do not fit the sequence any more, its frames are shown all the same.
     ///
     /// # Errors
     /// [`PanelError`] if the sequence or the results cannot be read, or do not belong together.
@@ -49,7 +51,11 @@ impl ResultsView {
         let usual = folder.join(RESULTS);
         let there = is_there(&usual.join("match.json")).unwrap_or(false);
         let wanted = results.map(Path::to_owned).or(there.then_some(usual.clone()));
-        let opened = wanted.as_deref().map(|folder| open_results(&sequence, folder)).transpose()?;
+        let opened = wanted.as_deref().map(|folder| open_results(&sequence, folder)).transpose();
+        let (opened, unfit) = match opened {
+            Err(PipelineError::Mismatch(mismatch)) if results.is_none() => (None, Some(mismatch.to_string())),
+            opened => (opened?, None),
+        };
         let folder = wanted.unwrap_or(usual);
         let surface = opened.as_ref().map(|opened| opened.files.surface()).transpose()?.flatten();
         let maps = opened.as_ref().map(|opened| Maps::of(opened, surface.as_ref())).transpose()?;
@@ -57,12 +63,17 @@ impl ResultsView {
         let calibration = opened.as_ref().and_then(|opened| opened.calibration.clone());
         let epis = Arc::new(Epis::new(sequence.clone(), calibration.clone()));
         let frames = Frames::new(sequence.clone(), calibration);
-        Ok(Self { sequence, folder, results: opened, surface, maps, frames, epis, halves: OnceLock::new() })
+        Ok(Self { sequence, folder, results: opened, unfit, surface, maps, frames, epis, halves: OnceLock::new() })
     }
 
     /// Name of the sequence.
     pub(in crate::panel) fn name(&self) -> String {
         self.sequence.name()
+    }
+
+    /// Why the results in the usual folder are not shown, if they do not fit the sequence.
+    pub fn unfit(&self) -> Option<&str> {
+        self.unfit.as_deref()
     }
 
     /// Reads the frames in the background, so that EPIs are there at once when they are asked for.
@@ -97,6 +108,9 @@ impl ResultsView {
     /// [`PanelError::NotThere`] if there are none.
     pub(super) fn results(&self) -> Result<&OpenedResults, PanelError> {
         self.results.as_ref().ok_or_else(|| {
+            if let Some(reason) = &self.unfit {
+                return PanelError::NotThere(reason.clone());
+            }
             let folder = quoted(self.sequence.folder());
             PanelError::NotThere(format!("{folder} has no results; run `epirig match {folder}`"))
         })

@@ -117,6 +117,26 @@ fn messages_name_the_line_and_what_to_write() {
             r#"line 2: sim.noise has no effect without driver = "sim" of the stage or device = "sim" of the camera; remove it"#,
         ),
         (
+            "[optics]\nfocal_length = \"25 m\"\nsensor_width = \"9 mm\"",
+            r#"line 2: optics.focal_length = "25 m" is not possible: it is 2777.7778 times the width of the sensor, and the camera would see 0.021 deg; 0.1 to 100 times are allowed: check focal length, width of the sensor and their units"#,
+        ),
+        (
+            "[camera]\nsize = \"640x480\"\n[optics]\nfocal_length_px = 25",
+            r#"line 4: optics.focal_length = 25 px is not possible: it is 0.0391 times the width of the sensor, and the camera would see 171.066 deg; 0.1 to 100 times are allowed: check focal length, width of the sensor and their units"#,
+        ),
+        (
+            "[optics]\nfocal_length = \"25 mm\"\nsensor_width = \"9 mm\"\ndistance = \"10 mm\"",
+            r#"line 4: optics.distance = "10 mm" is not possible: a lens of 25 mm shows only what is farther away than its focal length; check both lengths and their units"#,
+        ),
+        (
+            "[optics]\nfocal_length = \"25 mm\"\nsensor_width = \"9 mm\"\ndistance = \"26 mm\"",
+            r#"line 4: optics.distance = "26 mm" is not possible: a lens of 25 mm would show the object 25.0 times as large as it is; 10 times are allowed: check both lengths and their units"#,
+        ),
+        (
+            "[optics]\ndistance = \"90 mm\"\n[target]\nrelief = \"0.2 m\"",
+            r#"line 4: target.relief = "0.2 m" is not possible: it must be less than the distance of the object, 90 mm"#,
+        ),
+        (
             "[optics]\nfocal_length = \"25 mm\"",
             "line 2: optics.focal_length (a length) needs optics.sensor_width; add it, or give the focal length in px",
         ),

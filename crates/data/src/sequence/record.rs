@@ -405,7 +405,7 @@ pub struct ClosureRecord {
 /// Where the time of a scan went, by the camera's clock, in s. Of a scan that was resumed: of its last part.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimesRecord {
-    /// From the first homing to the last frame on disk.
+    /// From the first homing to the last, when the scan is closed.
     pub total_s: f64,
     /// The stage's motions, until it reported to be there.
     pub moving_s: f64,

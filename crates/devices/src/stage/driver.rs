@@ -39,6 +39,11 @@ pub trait StageDriver: Sync {
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError>;
 
+    /// How a device of this dialect is recognised; `None` if it cannot be.
+    fn greeting(&self) -> Option<Greeting> {
+        None
+    }
+
     /// How a person may send lines by hand; `None` if its dialect has no lines.
     fn console(&self) -> Option<Console> {
         None
@@ -66,6 +71,17 @@ pub struct Connection<'a> {
     pub when_moving: WhenMoving,
 }
 
+/// How a device of a dialect is met without moving or changing anything.
+#[derive(Clone, Copy)]
+pub struct Greeting {
+    /// Baud rate of the line.
+    pub baud: u32,
+    /// The bytes that are sent. For devices of the other dialects they are noise, or a question.
+    pub question: fn() -> Vec<u8>,
+    /// Whether bytes are the answer of such a device.
+    pub is_answer: fn(&[u8]) -> bool,
+}
+
 /// Lines sent by hand.
 #[derive(Clone, Copy)]
 pub struct Console {
@@ -75,8 +91,8 @@ pub struct Console {
     /// end.
     pub real_time: &'static [u8],
     /// Invalidates the position in the device, for the next program that connects, because what is sent by hand
-    /// may move the stage or change its settings. Returns the line.
-    pub distrust: Distrust,
+    /// may move the stage or change its settings. `None` for a device that follows its own position.
+    pub distrust: Option<Distrust>,
 }
 
 /// Invalidates the position in the device on a line, and returns the line.

@@ -1,13 +1,14 @@
 //! Registration of the GRBL driver.
 
 use super::console::unmark;
+use super::is_of_grbl;
 use super::protocol::{BAUD, CYCLE_START, FEED_HOLD, JOG_CANCEL, NAME, SOFT_RESET, STATUS_QUERY};
 use super::response::Response;
 use super::{AxisLetter, GrblAxis, GrblOptions};
 use crate::link::Side;
 use crate::stage::decode::{Decoder, LineDecoder};
 use crate::stage::simulator::{FaultScript, GrblDevice, SimulatedStage};
-use crate::stage::{Axis, Connection, Console, StageDriver, StageError};
+use crate::stage::{Axis, Connection, Console, Greeting, StageDriver, StageError};
 use epirig_core::choice::{Choice as _, names};
 use epirig_core::settings::{Key, Kind, Settings};
 
@@ -48,7 +49,12 @@ impl StageDriver for Grbl {
     }
 
     fn console(&self) -> Option<Console> {
-        Some(Console { baud: BAUD, real_time: REAL_TIME, distrust: unmark })
+        Some(Console { baud: BAUD, real_time: REAL_TIME, distrust: Some(unmark) })
+    }
+
+    fn greeting(&self) -> Option<Greeting> {
+        let question = || vec![STATUS_QUERY];
+        Some(Greeting { baud: BAUD, question, is_answer: is_of_grbl })
     }
 
     fn decoder(&self) -> Option<Box<dyn Decoder>> {

@@ -33,6 +33,12 @@ pub(super) struct Lines {
     version: Option<String>,
 }
 
+/// Whether bytes hold what only GRBL says.
+pub(in crate::stage) fn is_of_grbl(heard: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(heard);
+    ["Grbl", "error:", "ALARM:", "MPos:", "ok\r"].iter().any(|word| text.contains(word))
+}
+
 impl Lines {
     pub(super) fn new(link: Box<dyn Link>) -> Self {
         Self { link, inbox: Inbox::default(), line: Vec::new(), unknown: None, version: None }

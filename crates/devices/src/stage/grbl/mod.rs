@@ -28,6 +28,7 @@ use crate::link::Link;
 use connect::{greet, hold, outlast, power_always, read_feed, read_settings, reset, set_feed};
 pub use driver::Grbl;
 use lines::Lines;
+pub(in crate::stage) use lines::is_of_grbl;
 use mark::NOT_HOMED;
 pub use protocol::BAUD;
 use protocol::{NAME, STATUS_PATIENCE};

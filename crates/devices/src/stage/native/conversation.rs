@@ -10,6 +10,7 @@ use firmware_protocol::message::{Identity, PROTOCOL_VERSION, Reply, Request};
 use super::protocol::NAME;
 use crate::link::{Inbox, Link, LinkError};
 use crate::stage::StageError;
+use crate::stage::grbl::is_of_grbl;
 
 /// A board answers within some 10 ms; a USB adapter adds up to 32 ms.
 const REPLY_PATIENCE: Duration = Duration::from_millis(60);
@@ -52,8 +53,21 @@ fn is_harmless(sequence: u8, request: &Request) -> bool {
     encode(Direction::Request, sequence, request).is_some_and(|frame| !frame.bytes().iter().any(commands))
 }
 
-/// Another kind of device answers a question of its own within this time.
-const PROBE_PATIENCE: Duration = Duration::from_millis(300);
+/// A frame that asks a device who it is.
+pub(super) fn hello() -> Vec<u8> {
+    let request = Request::Hello { version: PROTOCOL_VERSION };
+    let sequence = (0..=MAX_SEQUENCE).find(|sequence| is_harmless(*sequence, &request)).unwrap_or_default();
+    encode(Direction::Request, sequence, &request).map_or_else(Vec::new, |frame| frame.bytes().to_vec())
+}
+
+/// Whether bytes hold a reply.
+pub(super) fn is_of_native(heard: &[u8]) -> bool {
+    let mut receiver = Receiver::default();
+    heard.iter().any(|byte| match receiver.push(*byte) {
+        Some(Event::Payload(payload)) => decode::<Reply>(Direction::Reply, payload).is_ok(),
+        _ => false,
+    })
+}
 
 /// Most bytes of unknown output kept for the error message.
 const HEARD: usize = 60;
@@ -112,15 +126,9 @@ impl Conversation {
                 _ => in_a_row = 0,
             }
             // For devices with another protocol these frames are noise, and some bytes may be commands.
-            if self.hears_grbl() {
+            if is_of_grbl(&self.heard) {
                 break;
             }
-        }
-        if self.heard.is_empty() {
-            // GRBL takes no notice of these frames, but of this.
-            self.link.send(b"?")?;
-            let until = self.now() + PROBE_PATIENCE;
-            while self.next_reply(until)?.is_some() {}
         }
         Err(self.silence("hello", BOOT_PATIENCE))
     }
@@ -146,22 +154,12 @@ impl Conversation {
             };
         }
         let text = String::from_utf8_lossy(&self.heard);
-        let hint = if self.hears_grbl() {
-            "it seems to speak GRBL: try `--driver grbl`"
-        } else {
-            "check its firmware, or choose another --driver"
-        };
         StageError::Foreign {
             port,
             expected: NAME,
             heard: format!("it says \"{}\"", text.escape_default()),
-            hint: hint.to_owned(),
+            hint: "check its firmware, or choose another --driver".to_owned(),
         }
-    }
-
-    fn hears_grbl(&self) -> bool {
-        let text = String::from_utf8_lossy(&self.heard);
-        ["Grbl", "error:", "ALARM:", "MPos:", "ok\r"].iter().any(|word| text.contains(word))
     }
 
     fn try_to_ask(&mut self, request: Request) -> Result<Option<Reply>, StageError> {

@@ -2,13 +2,14 @@
 
 use firmware_protocol::message::Settings as Motion;
 
+use super::conversation::{hello, is_of_native};
 use super::decode::FrameDecoder;
 use super::protocol::{BAUD, NAME, NM_PER_MM};
 use super::{NativeAxis, NativeOptions};
 use crate::stage::decode::Decoder;
 use crate::stage::keys::{ACCELERATION, VELOCITY};
 use crate::stage::simulator::{FaultScript, NativeDevice, SimulatedStage};
-use crate::stage::{Axis, Connection, StageDriver, StageError};
+use crate::stage::{Axis, Connection, Greeting, StageDriver, StageError};
 use epirig_core::settings::{Key, Settings};
 
 /// Stages with epirig's own firmware.
@@ -50,6 +51,10 @@ impl StageDriver for Native {
         };
         let options = NativeOptions { settings: is_given.then_some(motion) };
         Ok(Box::new(NativeAxis::connect(connection.line(BAUD)?, options)?))
+    }
+
+    fn greeting(&self) -> Option<Greeting> {
+        Some(Greeting { baud: BAUD, question: hello, is_answer: is_of_native })
     }
 
     fn decoder(&self) -> Option<Box<dyn Decoder>> {

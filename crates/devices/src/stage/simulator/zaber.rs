@@ -8,7 +8,7 @@ use firmware_protocol::ramp::{Ramp, Run};
 use super::script::{Mishap, Troubles};
 use super::{FaultScript, Plant, TICK_HZ, Ticks};
 use crate::link::SimulatedDevice;
-use crate::stage::zaber::command;
+use crate::stage::zaber::checksum;
 
 /// Length of a microstep, in um.
 const MICROSTEP_UM: f64 = 0.49609375;
@@ -97,31 +97,20 @@ impl ZaberDevice {
     }
 
     fn obey(&mut self, line: &str) {
-        // `/device axis id words`; a wrong checksum gets no answer.
         let Some(inside) = line.strip_prefix('/') else { return };
-        let words = match inside.rsplit_once(':') {
-            Some((words, sum)) => {
-                let mut parts = words.splitn(4, ' ').map(str::to_owned);
-                let (Some(device), Some(axis), Some(id)) = (parts.next(), parts.next(), parts.next()) else {
-                    return;
-                };
-                let (Ok(device), Ok(axis), Ok(id)) = (device.parse(), axis.parse(), id.parse()) else {
-                    return;
-                };
-                if !command(device, axis, id, &parts.next().unwrap_or_default()).trim_end().ends_with(sum)
-                    || sum.len() != 2
-                {
-                    return;
-                }
-                words
-            }
+        // A wrong checksum gets no answer.
+        let text = match inside.rsplit_once(':') {
+            Some((text, sum)) if u8::from_str_radix(sum, 16).is_ok_and(|sum| sum == checksum(text)) => text,
+            Some(_) => return,
             None => inside,
         };
-        let mut parts = words.splitn(4, ' ');
-        let (Some("1" | "01"), Some(axis), Some(id)) = (parts.next(), parts.next(), parts.next()) else {
+        let (numbers, words) = addressed(text);
+        // Without a number, or with 0, every device is meant, and every axis.
+        if !matches!(numbers[0], None | Some(0 | 1)) {
             return;
-        };
-        let answer = self.execute(parts.next().unwrap_or_default());
+        }
+        let (axis, id) = (numbers[1].unwrap_or(0), numbers[2]);
+        let answer = if axis > 1 { Err("BADAXIS") } else { self.execute(words) };
         let (verdict, data) = match answer {
             Ok(data) => ("OK", data),
             Err(reason) => ("RJ", reason.to_owned()),
@@ -129,9 +118,9 @@ impl ZaberDevice {
         let state = if self.run.is_some() { "BUSY" } else { "IDLE" };
         let warnings = self.warnings();
         let warning = warnings.split(' ').nth(1).unwrap_or("--");
-        let inside = format!("01 {axis} {id:0>2} {verdict} {state} {warning} {data}");
-        let sum = inside.bytes().fold(0_u8, u8::wrapping_sub);
-        let end = if self.checksums { format!(":{sum:02X}") } else { String::new() };
+        let id = id.map_or(String::new(), |id| format!("{id:02} "));
+        let inside = format!("01 {axis} {id}{verdict} {state} {warning} {data}");
+        let end = if self.checksums { format!(":{:02X}", checksum(&inside)) } else { String::new() };
         if !self.troubles.muted() && self.troubles.connected() {
             self.sent.extend(format!("@{inside}{end}\r\n").bytes());
         }
@@ -157,7 +146,7 @@ impl ZaberDevice {
     fn execute(&mut self, words: &str) -> Result<String, &'static str> {
         let done = Ok("0".to_owned());
         match words.split_whitespace().collect::<Vec<_>>()[..] {
-            [] => done,
+            [] | ["tools", "echo"] => done,
             ["set", "comm.checksum", value] => {
                 self.checksums = value == "1";
                 done
@@ -229,6 +218,20 @@ impl ZaberDevice {
     }
 }
 
+/// Device, axis and message id, each if it is given, and the words of a command. No word of a command that may come
+/// first is a number.
+fn addressed(text: &str) -> ([Option<u8>; 3], &str) {
+    /// The largest number of each.
+    const MOST: u8 = 99;
+    let (mut numbers, mut rest) = ([None; 3], text.trim_start());
+    for number in &mut numbers {
+        let (word, behind) = rest.split_once(' ').unwrap_or((rest, ""));
+        let Some(found) = word.parse().ok().filter(|found| *found <= MOST) else { break };
+        (*number, rest) = (Some(found), behind.trim_start());
+    }
+    (numbers, rest)
+}
+
 impl SimulatedDevice for ZaberDevice {
     fn receive(&mut self, byte: u8) {
         if !self.troubles.connected() {
@@ -266,5 +269,43 @@ impl SimulatedDevice for ZaberDevice {
 
     fn connected(&self) -> bool {
         self.troubles.connected()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a homed stage at 0 answers to a line.
+    fn answer(line: &str) -> String {
+        let mut device = ZaberDevice { referenced: true, ..ZaberDevice::default() };
+        format!("{line}\n").bytes().for_each(|byte| device.receive(byte));
+        String::from_utf8(device.take_sent()).unwrap()
+    }
+
+    #[test]
+    fn number_of_the_device_axis_and_message_id_may_be_left_out() {
+        // Forms of the protocol manual.
+        for (line, reply) in [
+            ("/", "@01 0 OK IDLE -- 0\r\n"),
+            ("/get pos", "@01 0 OK IDLE -- 0\r\n"),
+            ("/1 get pos", "@01 0 OK IDLE -- 0\r\n"),
+            ("/01 1 get pos", "@01 1 OK IDLE -- 0\r\n"),
+            ("/1 1 7 get pos", "@01 1 07 OK IDLE -- 0\r\n"),
+            ("/0 0 7 get version", "@01 0 07 OK IDLE -- 7.28\r\n"),
+            ("/1 move abs 5000", "@01 0 OK BUSY -- 0\r\n"),
+            ("/1 1 move abs 5000", "@01 1 OK BUSY -- 0\r\n"),
+            ("/1 2 get pos", "@01 2 RJ IDLE -- BADAXIS\r\n"),
+            ("/1 mov abs 5000", "@01 0 RJ IDLE -- BADCOMMAND\r\n"),
+            // Another device of the chain is meant.
+            ("/2 get pos", ""),
+            ("get pos", ""),
+            ("/1 tools echo x", "@01 0 OK IDLE -- x\r\n"),
+            // The checksum of the manual's example, and a wrong one.
+            ("/01 tools echo:8F", "@01 0 OK IDLE -- 0\r\n"),
+            ("/01 tools echo:8E", ""),
+        ] {
+            assert_eq!(answer(line), reply, "{line}");
+        }
     }
 }

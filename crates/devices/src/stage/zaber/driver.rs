@@ -1,10 +1,10 @@
 //! Registration of the Zaber driver.
 
-use super::message::line_text;
+use super::message::{is_of_zaber, line_text};
 use super::{BAUD, NAME, ZaberAxis, ZaberOptions};
 use crate::stage::decode::{Decoder, LineDecoder};
 use crate::stage::simulator::{FaultScript, SimulatedStage, ZaberDevice};
-use crate::stage::{Axis, Connection, Console, StageDriver, StageError};
+use crate::stage::{Axis, Connection, Console, Greeting, StageDriver, StageError};
 use epirig_core::settings::quantity::UM;
 use epirig_core::settings::{Allowed, Key, Kind, Setting, Settings};
 
@@ -52,9 +52,14 @@ impl StageDriver for Zaber {
         Ok(Box::new(ZaberAxis::connect(connection.line(BAUD)?, options)?))
     }
 
-    /// The device knows itself whether it has its reference.
+    /// The device follows its position, and knows whether it has its reference.
     fn console(&self) -> Option<Console> {
-        Some(Console { baud: BAUD, real_time: &[], distrust: Ok })
+        Some(Console { baud: BAUD, real_time: &[], distrust: None })
+    }
+
+    /// All devices of the chain answer a command without words.
+    fn greeting(&self) -> Option<Greeting> {
+        Some(Greeting { baud: BAUD, question: || b"\n/\n".to_vec(), is_answer: is_of_zaber })
     }
 
     fn decoder(&self) -> Option<Box<dyn Decoder>> {

@@ -7,12 +7,12 @@ use crate::link::Side;
 
 /// The checksum of the text between the first character of a message and its colon: the two's complement of
 /// the sum.
-fn checksum(text: &str) -> u8 {
+pub(in crate::stage) fn checksum(text: &str) -> u8 {
     text.bytes().fold(0_u8, u8::wrapping_sub)
 }
 
 /// A complete command for an axis: `/1 1 42 move abs 10000:XX`.
-pub(in crate::stage) fn command(device: u8, axis: u8, id: u8, words: &str) -> String {
+pub(super) fn command(device: u8, axis: u8, id: u8, words: &str) -> String {
     let inside = format!("{device} {axis} {id} {words}");
     let inside = inside.trim_end();
     format!("/{inside}:{:02X}\n", checksum(inside))
@@ -72,6 +72,16 @@ impl ZaberReply {
             data: words.next()?.to_owned(),
         })
     }
+}
+
+/// Whether bytes hold a reply, with or without id and checksum.
+pub(super) fn is_of_zaber(heard: &[u8]) -> bool {
+    let is_reply = |line: &str| {
+        let mut words = line.trim_start_matches('@').split(' ');
+        let is_addressed = words.next().is_some_and(|device| device.parse::<u8>().is_ok());
+        line.starts_with('@') && is_addressed && words.any(|word| matches!(word, "OK" | "RJ"))
+    };
+    String::from_utf8_lossy(heard).lines().any(is_reply)
 }
 
 /// Meaning of a warning and what to do, if the position is invalid.

@@ -12,8 +12,8 @@ use super::{
 use crate::link::{Inbox, Link};
 pub use driver::Zaber;
 pub use message::ZaberReply;
-pub(in crate::stage) use message::command;
-use message::{fault_text, rejection_text};
+pub(in crate::stage) use message::checksum;
+use message::{command, fault_text, rejection_text};
 
 /// Name of the driver.
 const NAME: &str = "zaber";
