@@ -19,12 +19,16 @@ fail() {
   exit 1
 }
 
-# measures ROOT COMMAND...: the program prints its version and measures a simulated tile.
+# measures ROOT COMMAND...: the program prints its version, looks for devices, and measures a simulated tile.
 measures() {
   local root=$1 version
   shift
   version=$(env -i /usr/sbin/chroot "$root" "$@" --version)
   [ "$version" = "epirig $expected" ] || fail "it says that it is \"$version\", and its file's name epirig $expected"
+  # It has drivers for cameras and ports, and finds none here: exit code 3.
+  local devices=0 told
+  told=$(env -i /usr/sbin/chroot "$root" "$@" devices 2>&1) || devices=$?
+  [ "$devices" = 3 ] && [[ $told == *"no camera found in /dev/video* (V4L2)"* ]] || fail "it does not look for cameras: $told"
   env -i /usr/sbin/chroot "$root" "$@" demo --size 128 --frames 11 --out /demo
   for result in disparity.png height_mm.tiff match.json; do
     [ -s "$root/demo/results/$result" ] || fail "the measurement left no $result"

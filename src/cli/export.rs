@@ -20,7 +20,6 @@ use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat, Quantity};
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::parent;
-use epirig_matcher::surface::Heights;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MapName {

@@ -234,10 +234,11 @@ fn levels(
     }
 }
 
-/// Writes the files of `answers` into `folder`; the frames were taken at `taken`, as in RFC 3339. The
-/// photograph is shown beside the heights.
+/// Writes the files of `answers` about `heights` into `folder`; the frames were taken at `taken`, as in RFC
+/// 3339. The photograph is shown beside the heights.
 pub(super) fn write_answers(
     folder: &ResultsFolder,
+    heights: &Heights,
     answers: &SurfaceAnswers,
     (taken, photograph): (&str, Option<&Grid<f32>>),
 ) -> Result<(), PipelineError> {

@@ -103,5 +103,14 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
     let has_geometry = geometry.is_some();
     // The rig in records of another version may be unreadable; then nothing is compared.
     let planned_mm = Profile::of_sequence(sequence).ok().flatten().and_then(|rig| rig.target.relief_mm);
-    Ok(OpenedResults { files, matched, calibration, disparity, sigma, heights: found, has_geometry, planned_mm })
+    Ok(OpenedResults {
+        files,
+        matched,
+        calibration,
+        disparity,
+        sigma,
+        heights: found,
+        has_geometry,
+        planned_mm,
+    })
 }

@@ -42,7 +42,7 @@ pub fn inspect_surface(
     let photograph = photograph.as_ref();
     folder.write("report.html", surface_report(measured, &answers, photograph)?);
     let taken = &sequence.record().created;
-    write_answers(folder, &answers, (taken, photograph))?;
+    write_answers(folder, measured.heights, &answers, (taken, photograph))?;
     Ok(answers.summary)
 }
 

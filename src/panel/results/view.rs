@@ -63,7 +63,17 @@ impl ResultsView {
         let calibration = opened.as_ref().and_then(|opened| opened.calibration.clone());
         let epis = Arc::new(Epis::new(sequence.clone(), calibration.clone()));
         let frames = Frames::new(sequence.clone(), calibration);
-        Ok(Self { sequence, folder, results: opened, unfit, surface, maps, frames, epis, halves: OnceLock::new() })
+        Ok(Self {
+            sequence,
+            folder,
+            results: opened,
+            unfit,
+            surface,
+            maps,
+            frames,
+            epis,
+            halves: OnceLock::new(),
+        })
     }
 
     /// Name of the sequence.
