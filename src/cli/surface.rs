@@ -224,7 +224,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         field.apart_px,
         field.rim_px,
         field.outlier_px,
-        distance(summary),
+        ascii(&summary.distance_in_words()),
         summary.pixel_mm,
         digits(summary.tilt_deg.0),
         digits(summary.tilt_deg.1),
@@ -287,16 +287,6 @@ fn depth(depth_mm: f64, half_width_mm: Option<f64>) -> String {
         Some(_) => with_interval(depth_mm, half_width_mm, "mm"),
         None => plain(depth_mm, "mm"),
     })
-}
-
-/// The distance to the last digit that the scale knows.
-fn distance(summary: &SurfaceSummary) -> String {
-    match summary.scale_sigma.together() * summary.distance_mm {
-        0.0 => format!("{:.2} mm", summary.distance_mm),
-        sigma_mm => {
-            format!("{:.2} mm, standard uncertainty {}", summary.distance_mm, sigma(sigma_mm, "mm"))
-        }
-    }
 }
 
 /// A line of the uncertainty budget.

@@ -37,7 +37,7 @@ impl Conclusion {
 pub fn scale_in_words(scale: ScaleSigma) -> String {
     let together = scale.together();
     let known = (together > 0.0).then(|| format!("known to {} (standard uncertainty)", percent(together)));
-    let exact = scale.exact().map(|factors| format!("{factors} taken as exact"));
+    let exact = scale.taken_as_exact().map(|factors| format!("{factors} taken as exact"));
     known.into_iter().chain(exact).collect::<Vec<_>>().join(", ")
 }
 
@@ -55,7 +55,7 @@ fn depth(
         );
         return Conclusion { sentence, planned_mm, as_planned: None };
     };
-    let exact = scale.exact().map_or(String::new(), |factors| format!(", {factors} taken as exact"));
+    let exact = scale.taken_as_exact().map_or(String::new(), |factors| format!(", {factors} taken as exact"));
     let value = ascii(&with_interval(depth_mm, Some(half_width_95_mm), "mm"));
     let measured = format!("{what} {value} {how} (95 % coverage{exact})");
     let Some(planned_mm) = planned_mm else {

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Conclusion, MaskFacts};
+use crate::number::{fixed, with_sigma};
 use epirig_matcher::surface::{
     Budget, Depth, DepthAtMargin, DepthOnPlateaus, Filters, Part, Rectangle, Roughness, ScaleSigma, Trend,
 };
@@ -48,6 +49,17 @@ pub struct SurfaceSummary {
     pub filters: Filters,
     /// Roughness of the region after removal of the form and of outliers; hollows are included.
     pub roughness: Roughness,
+}
+
+impl SurfaceSummary {
+    /// The distance as well as the scale is known.
+    pub fn distance_in_words(&self) -> String {
+        let sigma_mm = self.scale_sigma.together() * self.distance_mm;
+        match sigma_mm > 0.0 {
+            true => with_sigma(self.distance_mm, Some(sigma_mm), "mm"),
+            false => format!("{} mm", fixed(self.distance_mm, 2)),
+        }
+    }
 }
 
 /// Use of the heights, as in `used.png`.

@@ -4,7 +4,7 @@ use super::contents::Report;
 use super::markup::{Markup, data, inline, joined, pairs, paragraph, with};
 use crate::calibrate::LensSource;
 use crate::number::{fixed, moment, plain, share, sigma, significant, with_interval, with_sigma};
-use crate::results::{SurfaceSummary, scale_in_words};
+use crate::results::scale_in_words;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::{CameraRecord, Event, Origin};
 
@@ -98,7 +98,7 @@ fn object(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
             )
             .into(),
         ),
-        ("distance", distance(surface).into()),
+        ("distance", surface.distance_in_words().into()),
         (
             "field of view there",
             format!(
@@ -110,13 +110,6 @@ fn object(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
             .into(),
         ),
     ]
-}
-
-fn distance(surface: &SurfaceSummary) -> String {
-    match surface.scale_sigma.together() * surface.distance_mm {
-        0.0 => format!("{} mm", fixed(surface.distance_mm, 2)),
-        sigma_mm => with_sigma(surface.distance_mm, Some(sigma_mm), "mm"),
-    }
 }
 
 fn rig(report: &Report<'_>) -> Vec<(&'static str, Markup)> {

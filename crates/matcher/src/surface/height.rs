@@ -39,7 +39,7 @@ impl ScaleSigma {
     }
 
     /// The factors that count as exact, in words; `None` if there are none.
-    pub fn exact(self) -> Option<&'static str> {
+    pub fn taken_as_exact(self) -> Option<&'static str> {
         let is_exact = |sigma: Option<f64>| sigma.unwrap_or(0.0) == 0.0;
         match (is_exact(self.focal_length), is_exact(self.baseline)) {
             (true, true) => Some("focal length and baseline"),
