@@ -9,7 +9,7 @@ use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::profile::Profile;
 use epirig_data::sequence::{Finding, Origin, Sequence, verify};
 
-/// Check a sequence against its records: hashes, gaps, sizes, positions, calibration
+/// Check a sequence against its records: hashes, gaps, positions
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  epirig verify seq\n\nThe exit code is 5 if anything differs from the records."
