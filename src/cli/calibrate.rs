@@ -8,6 +8,7 @@ use super::choice::choice;
 use super::linearity::read_exposures;
 use super::need::{check, close_others, frames_of};
 use super::rig::RigArgument;
+use super::scan::match_command;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{
@@ -23,7 +24,7 @@ use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};
 use epirig_data::storage::read_text;
 
-/// Calibrate a rig: illumination, lens, stage axis, position of every frame
+/// Calibrate: illumination, lens, stage axis, positions of frames
 ///
 /// Uses what the sequence has: dark and flat frames for the illumination, board frames for the lens,
 /// chess-boards on the object for the stage axis and the positions. Names what is missing, rejects frames
@@ -111,11 +112,11 @@ impl CalibrateVerb {
         tell(calibration, unfinished.as_ref(), talk);
         talk.result(calibration, || {
             format!(
-                "{}wrote {}\n{}next: epirig match {}\n",
+                "{}wrote {}\n{}next: {}\n",
                 describe(calibration),
                 quoted(&self.seq.join(CALIBRATION)),
                 look_at(&self.seq.join("calibration")),
-                quoted(&self.seq)
+                match_command(&self.seq)
             )
         })
     }

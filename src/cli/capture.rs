@@ -51,7 +51,7 @@ impl Capture {
             return talk.result(&plan, || plan.describe());
         }
         let captured = scan(devices, &self.out, Course::New, talk)?;
-        talk.result(&captured, || format!("{}{}", captured.describe(), captured.next(&profile)))
+        talk.result(&captured, || format!("{}{}", captured.describe(), captured.next(&self.out, &profile)))
     }
 }
 

@@ -21,7 +21,7 @@ use epirig_matcher::surface::{ScaleSigma, TrendKind};
 /// Places that are printed; places.csv has all.
 const PRINTED_PLACES: usize = 5;
 
-/// Compare the heights of two scans of one object: what changed, and how certain that is
+/// Compare the heights of two scans of one object
 ///
 /// Registers the second scan to the first by their reference frames: shift, turn and scale. Subtracts the
 /// heights, and removes a plane from the difference, because the zero of heights and the tilt of the object

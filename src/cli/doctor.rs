@@ -12,7 +12,7 @@ use crate::profile::Profile;
 use epirig_data::storage::free_bytes;
 use epirig_devices::stage::StageSource;
 
-/// Check the rig before a scan, and predict the uncertainty of heights
+/// Check the rig, and predict the uncertainty of heights
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig doctor                          the rig and the plan of rig.toml

@@ -20,7 +20,7 @@ use epirig_matcher::evaluate::{
     compare_with_truth, leave_out, split_half,
 };
 
-/// Evaluate a disparity map: against truth, left-out frames, or a second match
+/// Evaluate disparity: by truth, left-out frames, or a second match
 ///
 /// --truth compares existing results. The other checks match again and need no truth. --leave-out matches
 /// without every Kth frame, predicts those frames from the disparity, and compares the error with that of

@@ -41,7 +41,7 @@ pub(super) fn arranged(program: Command, extent: Extent) -> Command {
     let after = after(&program);
     match extent {
         Extent::Whole => program.after_help(after),
-        Extent::Screen => program.mut_subcommands(in_one_line).help_template(OVERVIEW).after_help(
+        Extent::Screen => program.help_template(OVERVIEW).after_help(
             "`epirig VERB -h` explains a verb, and `epirig VERB --help` all of it. `epirig --help` has the options that all \
              verbs share, the exit codes, and examples.",
         ),
@@ -51,17 +51,11 @@ pub(super) fn arranged(program: Command, extent: Extent) -> Command {
 /// The verbs, without the options of the program.
 const OVERVIEW: &str = "{about-with-newline}\n{usage-heading} {usage}\n\n{subcommands}{after-help}";
 
-/// A verb whose words fit into a line of the overview.
-fn in_one_line(verb: Command) -> Command {
-    let about = shortened(&verb.get_about().cloned().unwrap_or_default().to_string(), &[": ", ", "]);
-    verb.about(about)
-}
-
-/// Words that are short, or what stands before the first of these ends of a clause.
-fn shortened(words: &str, ends: &[&str]) -> String {
-    /// What fits behind a name in 80 columns.
+/// Words that are short, or their first clause.
+fn shortened(words: &str) -> String {
     const SHORT: usize = 64;
-    let end = ends.iter().filter_map(|end| words.find(end)).min().filter(|_| words.len() > SHORT);
+    const ENDS: [&str; 5] = [". ", ": ", "; ", " [default", " ("];
+    let end = ENDS.iter().filter_map(|end| words.find(end)).min().filter(|_| words.len() > SHORT);
     words[..end.unwrap_or(words.len())].to_owned()
 }
 
@@ -98,26 +92,34 @@ fn of_verb(verb: Command, above: &str, extent: Extent, remark: &str) -> Command 
 
 /// An option with all of its words, and those of its values.
 fn whole(option: Arg) -> Arg {
-    let mut words =
+    let words =
         option.get_long_help().or_else(|| option.get_help()).map(ToString::to_string).unwrap_or_default();
-    let values = option.get_possible_values();
-    let explained: Vec<String> = values
-        .iter()
-        .filter(|value| !value.is_hide_set())
-        .filter_map(|value| Some(format!("\n- {}: {}", value.get_name(), value.get_help()?)))
-        .collect();
-    words.extend(explained.iter().map(String::as_str));
+    let values: Vec<_> =
+        option.get_possible_values().into_iter().filter(|value| !value.is_hide_set()).collect();
     let option = option.long_help(Resettable::Reset).hide_short_help(false);
-    // A list of the same names would follow.
-    let option = option.hide_possible_values(!explained.is_empty());
-    if words.is_empty() { option } else { option.help(words) }
+    if values.iter().all(|value| value.get_help().is_none()) {
+        return if words.is_empty() { option } else { option.help(words) };
+    }
+    // clap would put the default behind the last value, and a list of the same names.
+    let default = option
+        .get_default_values()
+        .first()
+        .map_or(String::new(), |default| format!(" [default: {}]", default.display()));
+    let explained: String = values
+        .iter()
+        .map(|value| match value.get_help() {
+            Some(meaning) => format!("\n- {}: {meaning}", value.get_name()),
+            None => format!("\n- {}", value.get_name()),
+        })
+        .collect();
+    option.hide_default_value(true).hide_possible_values(true).help(format!("{words}{default}{explained}"))
 }
 
 /// An option on a screen: in one sentence, if it is not left out.
 fn screen(option: Arg) -> Arg {
     let is_hidden = is_left_out(&option) || option.is_hide_set();
     let words = option.get_help().map(ToString::to_string).unwrap_or_default();
-    let words = shortened(&words, &[". ", ": ", "; ", " [", " ("]);
+    let words = shortened(&words);
     let option = option.long_help(Resettable::Reset).hide(is_hidden);
     if words.is_empty() { option } else { option.help(words) }
 }
@@ -157,11 +159,27 @@ pub(super) fn filled(text: &str) -> String {
     filled
 }
 
-/// The first examples of a text, with their heading.
+/// The first examples of a text, with their heading. A remark that does not fit behind its command is left out.
 fn examples(text: &str) -> String {
-    let of_examples = text.split("\n\n").find(|paragraph| paragraph.starts_with("Example"));
-    let lines = of_examples.into_iter().flat_map(str::lines).take(1 + EXAMPLES);
-    lines.collect::<Vec<_>>().join("\n")
+    const COLUMNS: usize = 80;
+    let mut lines =
+        text.split("\n\n").find(|paragraph| paragraph.starts_with("Example")).unwrap_or_default().lines();
+    let heading = lines.next().unwrap_or_default();
+    let shown: Vec<(&str, &str)> = lines
+        .take(EXAMPLES)
+        .map(|line| {
+            let end = line.trim_start().find("  ").map(|gap| gap + line.len() - line.trim_start().len());
+            let (command, remark) = line.split_at(end.unwrap_or(line.len()));
+            (command, remark.trim())
+        })
+        .collect();
+    let longest = shown.iter().map(|(command, _)| command.len()).max().unwrap_or_default();
+    let line =
+        |(command, remark): &(&str, &str)| match remark.is_empty() || longest + 3 + remark.len() > COLUMNS {
+            true => format!("\n{command}"),
+            false => format!("\n{command:longest$}   {remark}"),
+        };
+    heading.to_owned() + &shown.iter().map(line).collect::<String>()
 }
 
 #[cfg(test)]
@@ -202,15 +220,14 @@ mod tests {
             for extent in [Extent::Screen, Extent::Whole] {
                 for (name, page) in pages(extent, width) {
                     let width = width.min(100);
-                    let mut in_examples = false;
+                    let mut behind_options = false;
                     let lines: Vec<&str> = page.lines().collect();
                     for pair in lines.windows(2) {
                         let (line, next) = (pair[0], pair[1]);
-                        in_examples |= line.starts_with("Example");
-                        in_examples &= !line.is_empty();
+                        behind_options |= line.starts_with("Example");
                         let indent = next.len() - next.trim_start().len();
                         let is_list =
-                            next.trim_start().starts_with('-') || next.starts_with("  [") || in_examples;
+                            next.trim_start().starts_with('-') || (behind_options && next.starts_with(' '));
                         let continues = !line.trim().is_empty()
                             && !next.trim().is_empty()
                             && !is_list
@@ -257,11 +274,25 @@ mod tests {
         }
         let page =
             |wanted: &str| pages(Extent::Whole, 80).into_iter().find(|(name, _)| name == wanted).unwrap().1;
-        for option in ["--transcript", "--control", "--ordering-constraint", "--anyway", "- correlation:"] {
+        for option in ["--transcript", "--control", "--ordering-constraint", "--anyway", "- ncc-mean:"] {
             assert!(page("epirig run").contains(option), "{option}");
         }
         // What a screen leaves out, too.
         assert!(page("epirig capture").contains("A frame counts only with its certificate"));
+    }
+
+    #[test]
+    fn remarks_of_examples_fit_into_their_line() {
+        let text = "Examples:\n  epirig run --out tile                                                  as rig.toml says\n  epirig run --rig sim       no hardware";
+        assert_eq!(
+            examples(text),
+            "Examples:\n  epirig run --out tile   as rig.toml says\n  epirig run --rig sim    no hardware"
+        );
+        assert_eq!(
+            examples(&format!("{text} at all, and nothing else that would have to be bought")).lines().nth(2),
+            Some("  epirig run --rig sim")
+        );
+        assert_eq!(examples("No example."), "");
     }
 
     #[test]

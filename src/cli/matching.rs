@@ -17,7 +17,7 @@ use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
 use epirig_matcher::{Answer, DisparityMaps, MatchError};
 
-/// Compute the disparity of every pixel, and its height if lens and stage axis are known
+/// Compute the disparity of every pixel, and its height
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,

@@ -12,7 +12,7 @@ use crate::pipeline::{rectification_need, rectify_sequence};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 
-/// Write the frames of a calibrated sequence, corrected and rectified, as a new sequence
+/// Write corrected and rectified frames as a new sequence
 ///
 /// `epirig match` does this by itself, in memory. Here the frames become PNG files of 16 bit for other
 /// software, in which the object moves exactly along the rows. Dark level, flat field and frame brightness

@@ -100,9 +100,17 @@ impl Resume {
         }
         let captured = scan(devices, &self.sequence, Course::Resumed, talk)?;
         if self.measure {
-            return measure_captured(&captured, &profile, &options, Existing::Replaced, talk);
+            return measure_captured(
+                &captured,
+                &self.sequence,
+                &profile,
+                (&options, Existing::Replaced),
+                talk,
+            );
         }
-        talk.result(&captured, || format!("{}{}", captured.describe(), captured.next(&profile)))
+        talk.result(&captured, || {
+            format!("{}{}", captured.describe(), captured.next(&self.sequence, &profile))
+        })
     }
 
     /// The profile recorded when the scan began.

@@ -83,7 +83,7 @@ impl Run {
         let options = self.matching.options();
         let captured = scan(devices, &self.out, Course::New, talk)
             .inspect_err(|error| tell_how_to_go_on(error, &self.out, &self.matching, talk))?;
-        measure_captured(&captured, &profile, &options, Existing::Refused, talk)
+        measure_captured(&captured, &self.out, &profile, (&options, Existing::Refused), talk)
     }
 }
 
@@ -104,15 +104,14 @@ pub(super) enum Existing {
     Replaced,
 }
 
-/// Measures a sequence that was captured, and prints the results.
+/// Measures the sequence in `folder`, which was captured, and prints the results.
 pub(super) fn measure_captured(
     captured: &Captured,
+    folder: &Path,
     profile: &Profile,
-    options: &MatchOptions,
-    existing: Existing,
+    (options, existing): (&MatchOptions, Existing),
     talk: &Talk,
 ) -> Result<(), CliError> {
-    let folder = Path::new(&captured.folder);
     let (measurement, results) = measure_frames(profile, options, folder, None, existing, talk)?;
     results.commit()?;
     let sequence = Sequence::open(folder)?;

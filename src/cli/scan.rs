@@ -140,7 +140,9 @@ impl Captured {
         let picture = compared.map(|found| {
             let moved_px = found.x_px.hypot(found.y_px);
             let light = match 100.0 * (found.light - 1.0) {
-                change if change.abs() >= LEAST_PERCENT => format!(", with {change:+.2} % of light"),
+                change if change.abs() >= LEAST_PERCENT => {
+                    format!(", its light has changed by {change:+.2} %")
+                }
                 _ => String::new(),
             };
             match moved_px >= LEAST_PX {
@@ -160,24 +162,27 @@ impl Captured {
         }
     }
 
-    /// The commands that come next, none of which would be refused.
-    pub(super) fn next(&self, profile: &Profile) -> String {
-        let folder = Path::new(&self.folder);
+    /// The commands that come next for the sequence in `folder`, none of which would be refused.
+    pub(super) fn next(&self, folder: &Path, profile: &Profile) -> String {
         let (named, has_results) = (quoted(folder), folder.join(RESULTS).exists());
         if self.taken == 0 && has_results {
             return format!("`epirig view {named}` shows its results\n");
         }
         let stale = if has_results { "the results there are those of fewer frames\n" } else { "" };
-        let again = |is_there: bool| if is_there { " --overwrite" } else { "" };
+        let again = if folder.join(CALIBRATION).exists() { " --overwrite" } else { "" };
         let calibrate = match can_be_calibrated(profile) {
-            true => format!("`epirig calibrate {named}{}`, then ", again(folder.join(CALIBRATION).exists())),
+            true => format!("`epirig calibrate {named}{again}`, then "),
             false => String::new(),
         };
-        format!(
-            "{stale}next: {calibrate}`epirig match {named}{}`; `epirig verify {named}` checks the frames\n",
-            again(has_results)
-        )
+        let matched = match_command(folder);
+        format!("{stale}next: {calibrate}{matched}; `epirig verify {named}` checks the frames\n")
     }
+}
+
+/// The command that matches the sequence in a folder, also if it has results.
+pub(super) fn match_command(folder: &Path) -> String {
+    let again = if folder.join(RESULTS).exists() { " --overwrite" } else { "" };
+    format!("`epirig match {}{again}`", quoted(folder))
 }
 
 /// Less than this is shown as nothing: the digits that are printed.

@@ -12,7 +12,7 @@ use epirig_data::sequence::{ExitStatus, Sequence, SequenceError};
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct AnywayArgument {
     /// Continue although the scan is not closed and the positions of its frames are wrong
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     anyway: bool,
 }
 

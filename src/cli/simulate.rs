@@ -18,7 +18,7 @@ use epirig_devices::stage::{Driver, StageDriver as _, StopSwitch};
 use epirig_devices::virtual_rig::World;
 use epirig_simulator::{Simulator, SimulatorConfig};
 
-/// Simulate a stage on a pseudo-terminal, for tests and to try the commands
+/// Simulate a stage on a pseudo-terminal, to try the commands
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig simulate native --port /tmp/stage &

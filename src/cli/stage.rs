@@ -11,7 +11,7 @@ use crate::profile::Profile;
 use epirig_devices::link::{LinkError, ask_holder_to_stop};
 use epirig_devices::stage::{Driver, Stage, StageSource, drivers};
 
-/// Control the stage: home, move, read the position, stop; list drivers; send lines by hand
+/// Control the stage: home, move, position, stop, drivers, console
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig stage home

@@ -68,7 +68,7 @@ pub(super) struct Surface {
     #[command(flatten)]
     region: RegionArguments,
     /// Measure the chess-boards of the calibration's target, too, which are no part of the surface
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     with_target: bool,
     /// Ends of a profile, in px [default: the middle row of the field]
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<f64>)]

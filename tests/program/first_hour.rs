@@ -87,10 +87,10 @@ fn the_tour_of_the_readme_works_as_it_is_typed() {
         if words[1] == "run" {
             let said = String::from_utf8(output.stdout).unwrap();
             assert!(said.lines().count() < 16, "{said}");
-            assert!(
-                said.contains("\n\nhollows 0.") && said.contains("by the clock of the simulated rig"),
-                "{said}"
-            );
+            // The answer is set apart.
+            let answer = said.split("\n\n").nth(1).unwrap();
+            assert!(answer.contains("hollows") && answer.lines().count() == 1, "{said}");
+            assert!(said.contains("by the clock of the simulated rig"), "{said}");
             // What is done already is not proposed.
             assert!(!said.contains("epirig match"), "{said}");
         }
@@ -133,10 +133,7 @@ fn hints_name_commands_that_are_not_refused() {
     assert!(resumed.contains("fewer frames") && resumed.contains("--overwrite"), "{resumed}");
     // Until then the frames can be looked at.
     let said = viewed(folder, "cut");
-    assert!(
-        said.contains("only the frames are shown") && said.contains("epirig match cut --overwrite"),
-        "{said}"
-    );
+    assert!(said.contains("only the frames are shown"), "{said}");
     run_all(folder, &resumed);
     assert!(!viewed(folder, "cut").contains("only the frames"));
 }
@@ -146,7 +143,9 @@ fn an_interrupted_measurement_goes_on_with_one_command() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     interrupted(folder, "seq");
-    fails(folder, &["resume", "seq", "--method", "normalised"], 2, &["--measure"]);
+    let refused = epirig(folder, &["resume", "seq", "--method", "normalised"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--measure"), "{refused:?}");
     // Results of the first frames are replaced.
     succeeds(folder, &["match", "seq"]);
     let said = succeeds(folder, &["resume", "seq", "--measure"]);
@@ -197,27 +196,22 @@ fn a_plan_takes_the_time_that_its_scan_takes() {
     .into_iter()
     .enumerate()
     {
-        let plan = succeeds(folder.path(), &[&["plan", "--json"][..], &PLANE, &more].concat());
+        let arguments = |first: &[&'static str]| [first, &PLANE, &more[..]].concat();
+        let plan = succeeds(folder.path(), &arguments(&["plan", "--json"]));
         let plan: Value = serde_json::from_str(&plan).unwrap();
         let out = index.to_string();
-        let scan =
-            succeeds(folder.path(), &[&["capture", "--json", "--out", &out][..], &PLANE, &more].concat());
-        let scan: Value = serde_json::from_str(&scan).unwrap();
-        let times = &scan["times"];
+        let scan = [&arguments(&["capture", "--json"])[..], &["--out", out.as_str()]].concat();
+        let scan: Value = serde_json::from_str(&succeeds(folder.path(), &scan)).unwrap();
         assert_eq!(scan["simulated_time"], true);
-        // Both by the clock of the simulated rig. Its moves are those of the trapezoid of velocity.
-        for part in ["moving_s", "settling_s"] {
-            let (planned, taken) = (number(&plan[part]), number(&times[part]));
-            assert!((planned - taken).abs() < 1e-3 * taken, "{more:?}, {part}: {planned} and {taken}");
-        }
-        // A frame begins at any phase of the camera, at each of the 13 stops and of the closing one.
-        let (planned, taken) = (number(&plan["exposing_s"]), number(&times["exposing_s"]));
+        // Both by the clock of the simulated rig. A frame begins at any phase of the camera, at each of the 13 stops and
+        // of the closing one. The first move ends when the camera has started, which takes it some frames.
         let interval_s = 1.0 / f64::from(epirig_devices::camera::SimDevice::RATE_HZ);
-        assert!((planned - taken).abs() < 14.0 * interval_s, "{more:?}: {planned} and {taken}");
-        assert!(
-            (number(&plan["total_s"]) - number(&times["total_s"])).abs() < 14.0 * interval_s,
-            "{plan} {times}"
-        );
+        for (part, frames) in
+            [("moving_s", 10.0), ("settling_s", 1e-3), ("exposing_s", 14.0), ("total_s", 24.0)]
+        {
+            let (planned, taken) = (number(&plan[part]), number(&scan["times"][part]));
+            assert!((planned - taken).abs() < frames * interval_s, "{more:?}, {part}: {planned} and {taken}");
+        }
     }
 }
 

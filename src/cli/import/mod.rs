@@ -81,32 +81,32 @@ pub(super) struct Import {
     #[arg(long, value_name = "MM", value_parser = positive_mm)]
     step_mm: Option<f64>,
     /// Bit depth of the camera, if it is less than that of the files
-    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(1..=16))]
+    #[arg(long, value_name = "BITS", hide_short_help = true, value_parser = clap::value_parser!(u8).range(1..=16))]
     bit_depth: Option<u8>,
     /// Folder of dark images, taken without light
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", hide_short_help = true)]
     dark: Option<PathBuf>,
     /// Folder of images of a uniform target, for the flat field
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", hide_short_help = true)]
     flat: Option<PathBuf>,
     /// Folder of images of a hand-held chess-board in different poses, to calibrate the lens
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", hide_short_help = true)]
     board: Option<PathBuf>,
     /// Profile of the rig that took the images, of which [optics], [target] and [board] are recorded: a file,
     /// sim or real
     #[arg(long, value_name = "FILE|sim|real")]
     rig: Option<PathBuf>,
     /// Change a key of the profile; may be repeated: --set target.square="7.5 mm"
-    #[arg(long, value_name = "KEY=VALUE")]
+    #[arg(long, value_name = "KEY=VALUE", hide_short_help = true)]
     set: Vec<String>,
     /// Focal length, in px, in place of the profile's. With it and positions, heights are in mm
     #[arg(long, value_name = "PX", value_parser = parse_positive)]
     focal_length_px: Option<f64>,
     /// Principal point, in px: column,row [default: centre of the image]
-    #[arg(long, value_name = "X,Y", value_parser = parse_point)]
+    #[arg(long, value_name = "X,Y", hide_short_help = true, value_parser = parse_point)]
     principal_point_px: Option<(f64, f64)>,
     /// Make hard links to grey PNG files instead of copies; both must be on one file system
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     link: bool,
 }
 

@@ -21,7 +21,7 @@ use epirig_devices::camera::{Camera, CameraIdentity, V4l2Camera, V4l2Device};
 use epirig_devices::link::PortFacts;
 use questions::{ask, mistakes};
 
-/// Write a rig profile for the connected devices, or of a simulated rig
+/// Write a rig profile: of connected devices, or of a simulated rig
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig init                     writes rig.toml here, which other commands then take

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::finding::Finding;
 use super::reader::STOP;
-use super::record::{ExitStatus, FrameKind, FrameRecord};
+use super::record::{ExitStatus, FrameKind, FrameRecord, Origin};
 use super::{Sequence, SequenceError};
 use crate::storage::is_of_the_system;
 use epirig_core::progress::Progress;
@@ -57,7 +57,12 @@ fn gaps(sequence: &Sequence) -> Vec<Finding> {
     let indices: BTreeSet<usize> = sequence.frames().iter().map(|frame| frame.index).collect();
     let missing: Vec<usize> =
         (0..sequence.record().frames).filter(|index| !indices.contains(index)).collect();
-    let problem = "not in the journal; `epirig resume` takes what is missing, or use the sequence without";
+    let problem = match sequence.record().origin {
+        Origin::Captured { .. } => {
+            "not in the journal; `epirig resume` takes what is missing, or use the sequence without"
+        }
+        _ => "not in the journal; make the sequence again, or use it without",
+    };
     let gaps = missing.chunk_by(|a, b| a + 1 == *b);
     gaps.map(|gap| match gap {
         [one] => Finding::new(format!("frame {one}"), problem),
