@@ -203,7 +203,8 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
 
 /// Where the surface is, in a line.
 pub(super) fn brief(summary: &SurfaceSummary) -> String {
-    format!("distance           {}; a pixel is {:.4} mm wide\n", distance(summary), summary.pixel_mm)
+    let distance = ascii(&summary.distance_in_words());
+    format!("distance           {distance}; a pixel is {:.4} mm wide\n", summary.pixel_mm)
 }
 
 /// The numbers of a surface, a line each, and at last what they say.
@@ -212,8 +213,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let digits = |value: f64| ascii(&fixed(value, 4));
     let mut text = format!(
         "field              {:.1} % of {} heights; left out: {}{} uncertain, {} apart from it, {} at its rim, {} outliers (used.png)\n\
-         distance           {}; a pixel is {:.4} mm wide\n\
-         trend              tilt {} deg along x, {} deg along y; bow {} mm over the field\n",
+         {}trend              tilt {} deg along x, {} deg along y; bow {} mm over the field\n",
         100.0 * field.used_px as f64 / field.answered_px as f64,
         field.answered_px,
         match field.target_px {
@@ -224,8 +224,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         field.apart_px,
         field.rim_px,
         field.outlier_px,
-        ascii(&summary.distance_in_words()),
-        summary.pixel_mm,
+        brief(summary),
         digits(summary.tilt_deg.0),
         digits(summary.tilt_deg.1),
         digits(summary.bow_mm),
