@@ -3,8 +3,9 @@
 use tracing::{info, info_span, warn};
 
 use super::CaptureError;
+use super::homing::home;
 use super::scan::{GoodFrame, Scan};
-use super::settings::{home, listed};
+use super::settings::listed;
 use epirig_calibration::registration::{ShiftError, shift_between};
 use epirig_data::sequence::{ClosureRecord, ComparisonRecord};
 use epirig_devices::stage::Remedy;

@@ -10,6 +10,7 @@ mod calibration_frames;
 mod closure;
 mod error;
 mod estimate;
+mod homing;
 mod motion_watch;
 mod pause;
 mod plan;

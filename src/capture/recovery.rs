@@ -6,8 +6,8 @@ use tracing::{info, warn};
 
 use super::CaptureError;
 use super::archive::Archive;
+use super::homing::home;
 use super::scan::Scan;
-use super::settings::home;
 use super::trust::Trust;
 use super::watch::Awaited;
 use epirig_data::sequence::{Event, ResumedRecord, now};

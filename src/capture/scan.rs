@@ -5,8 +5,8 @@ use std::time::Duration;
 use tracing::{debug, info, info_span, warn};
 
 use super::archive::Archive;
+use super::homing::home;
 use super::rig::Rig;
-use super::settings::home;
 use super::trust::{Trust, lost_trust, may_lose_steps};
 use super::{CaptureError, CapturePlan};
 use epirig_core::frame::Frame;

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use super::CaptureError;
-use epirig_devices::stage::{PositionSettings, Stage};
+use epirig_devices::stage::PositionSettings;
 
 /// A setting of the stage that is not as it was when the scan began.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,28 +22,14 @@ impl fmt::Display for ChangedSetting {
     }
 }
 
-/// Homes the stage, if its settings are as `recorded`; a wrong one could lead it into its end. Returns the
-/// settings.
-pub(super) fn home(
-    stage: &mut dyn Stage,
-    recorded: Option<&PositionSettings>,
-) -> Result<PositionSettings, CaptureError> {
-    let found = stage.position_settings()?;
-    let changes = recorded.map_or(Vec::new(), |recorded| changes(recorded, &found));
-    if !changes.is_empty() {
-        return Err(CaptureError::SettingsChanged { changes });
-    }
-    stage.home()?;
-    Ok(found)
-}
-
 /// The changes as one clause.
 pub(super) fn listed(changes: &[ChangedSetting]) -> String {
     let all: Vec<String> = changes.iter().map(ToString::to_string).collect();
     format!("the settings of the stage have changed ({})", all.join(", "))
 }
 
-fn changes(recorded: &PositionSettings, found: &PositionSettings) -> Vec<ChangedSetting> {
+/// The settings that differ.
+pub(super) fn changes(recorded: &PositionSettings, found: &PositionSettings) -> Vec<ChangedSetting> {
     let is_new = |name: &&String| !recorded.contains_key(*name);
     let names = recorded.keys().chain(found.keys().filter(is_new));
     let settings = names.map(|name| ChangedSetting {

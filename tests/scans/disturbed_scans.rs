@@ -34,9 +34,8 @@ impl<F: FnOnce() + Send> Disk for Tampered<F> {
         if path.file_name().is_some_and(|name| name == "journal.jsonl") {
             self.lines = self.lines.saturating_sub(1);
         }
-        match self.act.take_if(|_| self.lines == 0) {
-            Some(act) => act(),
-            None => {}
+        if let Some(act) = self.act.take_if(|_| self.lines == 0) {
+            act();
         }
         Ok(())
     }
@@ -141,7 +140,8 @@ fn a_journal_that_is_not_as_it_was_left_ends_the_scan() {
 
 #[test]
 fn frames_that_vanish_are_missed_and_taken_again() {
-    let acts: [(&str, fn(PathBuf)); 5] = [
+    type Act = fn(PathBuf);
+    let acts: [(&str, Act); 5] = [
         ("frames/0001.png was removed or changed", |seq| {
             std::fs::remove_file(seq.join("frames/0001.png")).unwrap();
         }),

@@ -4,11 +4,8 @@ use std::fs;
 
 use super::error::SequenceError;
 use super::reader::JOURNAL;
-use super::writer::SequenceWriter;
+use super::writer::{SequenceWriter, TAKE_AGAIN};
 use crate::storage::is_same;
-
-/// What to do where frames are missing.
-pub(super) const TAKE_AGAIN: &str = "put it back, or `epirig resume` takes the frames again";
 
 impl SequenceWriter {
     /// Refuses a folder or a journal that is not the one that was begun.

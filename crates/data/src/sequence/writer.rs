@@ -16,9 +16,11 @@ use super::record::{
     CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameKind,
     FrameRecord, Origin, SequenceRecord, StopRecord, TimesRecord,
 };
-use super::undisturbed::TAKE_AGAIN;
 use crate::storage::{Disk, HeldFolder, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
 use epirig_core::frame::Frame;
+
+/// What to do where frames are missing.
+pub(super) const TAKE_AGAIN: &str = "put it back, or `epirig resume` takes the frames again";
 
 /// Facts about a frame besides its pixels.
 #[derive(Debug, Clone, Default, PartialEq)]
