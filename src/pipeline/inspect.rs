@@ -124,12 +124,15 @@ pub fn analyse_surface(
         Err(reason) => (None, Some(reason.to_string())),
     };
     let Geometry { principal_point_x_px, principal_point_y_px, scale, .. } = heights.geometry;
-    let found = levels.as_ref().ok_or(no_levels.as_deref().unwrap_or_default());
+    let step = match &levels {
+        Some(levels) => Ok((levels.raised, levels.depth.depth_mm, levels.budget.combined)),
+        None => Err(no_levels.as_deref().unwrap_or_default()),
+    };
     let summary = SurfaceSummary {
         format: SURFACE_FORMAT,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: matched.sequence_uid.clone(),
-        conclusion: Conclusion::of(found, scale, opened.planned_mm),
+        conclusion: Conclusion::of(step, scale, opened.planned_mm),
         scan_ended: matched.scan_ended.clone(),
         distance_mm: heights.distance_mm,
         pixel_mm,
