@@ -120,13 +120,16 @@ pub fn analyse_surface(
         Err(reason) => (None, Some(reason.to_string())),
     };
     let Geometry { principal_point_x_px, principal_point_y_px, scale, .. } = heights.geometry;
-    let found = levels.as_ref().ok_or(no_levels.as_deref().unwrap_or_default());
+    let step = match &levels {
+        Some(levels) => Ok((levels.raised, levels.depth.depth_mm, levels.budget.combined)),
+        None => Err(no_levels.as_deref().unwrap_or_default()),
+    };
     let summary = SurfaceSummary {
         format: ResultsKind::Surface.format(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: matched.sequence_uid.clone(),
         matched_blake3: opened.files.record_hash().to_owned(),
-        conclusion: Conclusion::of(found, scale, opened.planned_mm),
+        conclusion: Conclusion::of(step, scale, opened.planned_mm),
         scan_ended: matched.scan_ended.clone(),
         distance_mm: heights.distance_mm,
         pixel_mm,

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::LevelsSummary;
 use crate::number::{ascii, percent, plain, sigma, with_interval};
 use epirig_matcher::surface::{Combined, ScaleSigma};
 
@@ -18,18 +17,24 @@ pub struct Conclusion {
 }
 
 impl Conclusion {
-    /// Of the `levels`, or of the reason why there are none. The `scale` is that of the heights.
-    pub fn of(levels: Result<&LevelsSummary, &str>, scale: ScaleSigma, planned_mm: Option<f64>) -> Self {
-        let levels = match levels {
-            Ok(levels) => levels,
+    /// Of a step, or of the reason why there is none: whether parts are raised, the depth in mm, and its uncertainty if
+    /// it is known. The `scale` is that of the heights.
+    pub fn of(
+        step: Result<(bool, f64, Option<Combined>), &str>,
+        scale: ScaleSigma,
+        planned_mm: Option<f64>,
+    ) -> Self {
+        match step {
+            Ok((raised, depth_mm, combined)) => {
+                let named = if raised { ("raised parts", "high") } else { ("hollows", "deep") };
+                depth(named, (depth_mm, combined), scale, planned_mm)
+            }
             Err(reason) => {
                 let planned = planned_mm.map_or(String::new(), |mm| format!(" (planned: {mm} mm)"));
                 let sentence = format!("no step height{planned}: {reason}");
-                return Self { sentence, planned_mm, as_planned: None };
+                Self { sentence, planned_mm, as_planned: None }
             }
-        };
-        let named = if levels.raised { ("raised parts", "high") } else { ("hollows", "deep") };
-        depth(named, (levels.depth.depth_mm, levels.budget.combined), scale, planned_mm)
+        }
     }
 }
 

@@ -98,7 +98,7 @@ fn the_report_tells_the_depth_and_needs_nothing_from_outside() {
         }
         None => {
             let reason = found["no_levels"].as_str().unwrap();
-            assert!(text.contains(&format!("No step height: {reason}")), "{text}");
+            assert!(text.contains(&format!("No step height (planned: 0.2 mm): {reason}")), "{text}");
         }
     }
     // The lens of the demo is exactly as stated.
