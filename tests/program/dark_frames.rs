@@ -117,9 +117,11 @@ fn frames_of_one_level_have_no_answer() {
 
 #[test]
 fn one_dot_and_one_step_are_matched_or_have_no_answer() {
-    let dot =
-        |t: usize| (0..ROWS * COLUMNS).map(|index| if index == 2 * COLUMNS + 4 + t { 255.0 } else { 0.0 });
-    let step = |t: usize| (0..ROWS * COLUMNS).map(|index| if index % COLUMNS > 5 + t { 255.0 } else { 0.0 });
+    let dot = |t: usize| {
+        (0..ROWS * COLUMNS).map(move |index| if index == 2 * COLUMNS + 4 + t { 255.0 } else { 0.0 })
+    };
+    let step =
+        |t: usize| (0..ROWS * COLUMNS).map(move |index| if index % COLUMNS > 5 + t { 255.0 } else { 0.0 });
     measured(8, &(0..FRAMES).map(|t| dot(t).collect()).collect::<Vec<_>>());
     measured(8, &(0..FRAMES).map(|t| step(t).collect()).collect::<Vec<_>>());
 }

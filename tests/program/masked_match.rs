@@ -5,7 +5,6 @@ use std::path::Path;
 
 use crate::support::{fails, import_scan, succeeds};
 use epirig_core::grid::Grid;
-use epirig_data::formats::MapFormat;
 use epirig_simulator::{Simulator, SimulatorConfig};
 
 const SIDE_PX: u32 = 200;
