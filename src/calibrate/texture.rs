@@ -88,7 +88,7 @@ pub(super) fn from_texture(
         record.positioning_error = Some(positioning);
         return Ok(record);
     }
-    // Positions after a jump are all off by it, so the usual step gives the scale.
+    // Positions after a jump are all off by it, so the other steps give the scale.
     let words = jumps.iter().map(|&step| {
         let (before, after) = (name(sequence, step), name(sequence, step + 1));
         format!("{:.2} steps from {before} to {after}", usual / ratios[step])
@@ -97,11 +97,17 @@ pub(super) fn from_texture(
         "the texture contradicts the given positions: it moved by {}; the measured positions are used, on the scale of the other steps",
         words.collect::<Vec<_>>().join(", ")
     ));
-    let deviations = ratios.iter().map(|ratio| (ratio - usual).abs());
-    // The median of n normal numbers is known to sqrt(pi / 2 n) of their standard deviation.
-    let spread = 1.4826 * median(&mut deviations.collect::<Vec<_>>()).unwrap_or(0.0);
-    record.baseline_mm = Some(usual);
-    record.baseline_sigma_mm = Some(spread * (std::f64::consts::FRAC_PI_2 / ratios.len() as f64).sqrt());
+    let others = || {
+        let both = steps(&reported_mm).zip(steps(&motion.tau)).enumerate();
+        both.filter(|(step, _)| !jumps.contains(step)).map(|(_, both)| both)
+    };
+    let (count, mm, tau) =
+        others().fold((0.0, 0.0, 0.0), |(count, mm, tau), step| (count + 1.0, mm + step.0, tau + step.1));
+    let scale: f64 = mm / tau;
+    // Errors of steps, as those of hands.
+    let squares: f64 = others().map(|(mm, tau)| (mm - scale * tau).powi(2)).sum();
+    record.baseline_mm = Some(scale);
+    record.baseline_sigma_mm = Some((squares / f64::max(count - 1.0, 1.0) * count).sqrt() / tau);
     Ok(record)
 }
 

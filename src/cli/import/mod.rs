@@ -250,6 +250,9 @@ impl Import {
                     "{} is a video, and other images are given beside it; import it alone",
                     path.display()
                 ))),
+                None if self.every > 1 => Err(CliError::Usage(
+                    "--every is for the frames of a video; of images, give those to use, or --frames and --exclude".to_owned(),
+                )),
                 None => Ok(None),
             },
         }

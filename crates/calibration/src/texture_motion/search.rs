@@ -269,7 +269,7 @@ impl<'a> Search<'a> {
             rho: along / moved,
             sums: [along * moved, moved * moved],
         };
-        let mut points = start.points.into_iter().map(point).collect();
+        let mut points: Vec<Point> = start.points.into_iter().map(point).collect();
         let mut anchor = start.anchor;
         let mut range = (f64::INFINITY, f64::NEG_INFINITY);
         loop {
@@ -328,7 +328,7 @@ impl<'a> Search<'a> {
     }
 
     /// Finds all frames that share enough with the points of `anchor`, the nearest first.
-    fn grow(&mut self, anchor: usize, points: &mut Vec<Point>) {
+    fn grow(&mut self, anchor: usize, points: &mut [Point]) {
         let mut order: Vec<usize> =
             (0..self.known.len()).filter(|&frame| self.known[frame].is_none()).collect();
         order.sort_by_key(|frame| frame.abs_diff(anchor));
