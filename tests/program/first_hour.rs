@@ -261,7 +261,7 @@ fn a_rig_that_is_not_ready_tells_its_figures_to_machines() {
     let checks = failure["error"]["report"]["checks"].as_array().unwrap();
     let height = checks.iter().find(|check| check["name"] == "height").unwrap();
     assert_eq!(height["verdict"], "bad");
-    assert!(height["finding"].as_str().unwrap().contains("mm"), "{height}");
+    assert!(height["finding"].as_str().unwrap().contains("noise hides it"), "{height}");
 }
 
 #[test]
