@@ -98,6 +98,9 @@ pub enum PanelError {
         /// What limits them.
         bound: Bound,
     },
+    /// Something else is being done.
+    #[error("{0}")]
+    Busy(String),
     /// Something outside of the picture, or that does not exist.
     #[error("{0}")]
     NotThere(String),
@@ -108,8 +111,14 @@ pub enum PanelError {
 
 impl From<PanelError> for Refusal {
     fn from(error: PanelError) -> Self {
-        let kind = match error {
-            PanelError::Reading { .. } => RefusalKind::Busy,
+        let kind = match &error {
+            PanelError::Read(ReadError::Io { source, .. })
+            | PanelError::Results(ResultsError::Read(ReadError::Io { source, .. }))
+                if source.kind() == std::io::ErrorKind::NotFound =>
+            {
+                RefusalKind::NotFound
+            }
+            PanelError::Reading { .. } | PanelError::Busy(_) => RefusalKind::Busy,
             PanelError::NotThere(_) => RefusalKind::NotFound,
             PanelError::Wrong(_)
             | PanelError::Profile(_)

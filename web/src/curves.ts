@@ -65,9 +65,13 @@ function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Op
   return {
     width,
     height: props.height ?? HEIGHT,
-    padding: [8, 10, 0, 0],
-    scales: { x: { time: false }, y: { range: spanOf } },
-    axes: [axisOf(props.xLabel, colours, false), axisOf(props.yLabel, colours, true)],
+    // Half of the last label of x stands beyond the curve.
+    padding: [8, 16, 0, 0],
+    scales: { x: { time: false }, y: props.log ? LOGARITHMIC : { range: spanOf } },
+    axes: [
+      axisOf(props.xLabel, colours, false),
+      { ...axisOf(props.yLabel, colours, true), ...(props.log ? LOGARITHMIC_AXIS : {}) },
+    ],
     series: [xSeries, ...series],
     bands: props.band
       ? [{ series: [props.band[0] + 1, props.band[1] + 1], fill: `${colours.first}40` }]
@@ -80,6 +84,27 @@ function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Op
     },
   };
 }
+
+/** The values 1, 2 and 5 of each decade between two ends. */
+export function decades(low: number, high: number): number[] {
+  const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
+  const all: number[] = [];
+  for (let exponent = first; exponent <= last; exponent += 1) {
+    for (const digit of [1, 2, 5]) all.push(Number(`${digit}e${exponent}`));
+  }
+  return all.filter((value) => value >= low && value <= high);
+}
+
+/** What falls as a power of the number of frames keeps its steepness to the end. */
+const LOGARITHMIC: uPlot.Scale = {
+  distr: 3,
+  range: (_plot, low, high) => (low > 0 && high > 0 ? [low / 1.3, high * 1.3] : [0.001, 1]),
+};
+
+const LOGARITHMIC_AXIS: Partial<uPlot.Axis> = {
+  splits: (_plot, _axis, low, high) => decades(low, high),
+  filter: (_plot, splits) => splits,
+};
 
 /** The range of y; a flat curve lies in the middle of a small one. */
 function spanOf(_plot: uPlot, low: number | null, high: number | null): uPlot.Range.MinMax {

@@ -8,23 +8,28 @@ use tracing::warn;
 use super::epis::Epis;
 use super::frames::Frames;
 use super::maps::Maps;
+use crate::calibrate::CALIBRATION;
 use crate::memory::available;
 use crate::panel::PanelError;
 use crate::pipeline::{OpenedResults, half_frames, half_heights, halves_need, open_results};
 use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
-use epirig_data::storage::is_there;
+use epirig_data::storage::{is_there, read_file};
 use epirig_matcher::surface::HalfHeights;
 
 /// Name of the usual folder of results.
 pub(super) const RESULTS: &str = "results";
+/// The answers of `epirig surface` in a folder of results.
+pub(super) const SURFACE: &str = "surface/surface.json";
 
 /// A sequence with its results, ready to be looked at.
-pub struct ResultsView {
+pub(super) struct ResultsView {
     pub(super) sequence: Sequence,
     /// Folder of the results.
     pub(super) folder: PathBuf,
+    /// What tells these results from others.
+    pub(super) id: String,
     /// `None` if the sequence has not been matched.
     pub(super) results: Option<OpenedResults>,
     pub(super) maps: Maps,
@@ -40,7 +45,9 @@ impl ResultsView {
     ///
     /// # Errors
     /// [`PanelError`] if the sequence or the results cannot be read, or do not belong together.
-    pub fn open(folder: &Path, results: Option<&Path>) -> Result<Self, PanelError> {
+    pub(super) fn open(folder: &Path, results: Option<&Path>) -> Result<Self, PanelError> {
+        // Of files that change meanwhile the new ones are read, and found to be others with the next question.
+        let id = Self::id_of(folder, results);
         let sequence = Sequence::open(folder)?;
         sequence.check_records()?;
         let usual = folder.join(RESULTS);
@@ -52,16 +59,27 @@ impl ResultsView {
         let calibration = opened.as_ref().and_then(|opened| opened.calibration.clone());
         let epis = Arc::new(Epis::new(sequence.clone(), calibration.clone()));
         let frames = Frames::new(sequence.clone(), calibration);
-        Ok(Self { sequence, folder, results: opened, maps, frames, epis, halves: OnceLock::new() })
+        Ok(Self { sequence, folder, id, results: opened, maps, frames, epis, halves: OnceLock::new() })
     }
 
-    /// Name of the sequence.
-    pub(in crate::panel) fn name(&self) -> String {
-        self.sequence.name()
+    /// What tells the results on disk from others: a hash of their place and of the records that are written with
+    /// them.
+    pub(super) fn id_of(folder: &Path, results: Option<&Path>) -> String {
+        /// Of a record; a larger one cannot be opened.
+        const LARGEST: u64 = 64 << 20;
+        let usual = folder.join(RESULTS);
+        let results = results.unwrap_or(&usual);
+        let mut hash = blake3::Hasher::new();
+        hash.update(folder.as_os_str().as_encoded_bytes());
+        for path in [results.join("match.json"), results.join(SURFACE), folder.join(CALIBRATION)] {
+            let bytes = read_file(&path, LARGEST).unwrap_or_default();
+            hash.update(blake3::hash(&bytes).as_bytes());
+        }
+        hash.finalize().to_hex()[..16].to_owned()
     }
 
-    /// Reads the frames in the background, so that EPIs are there at once when they are asked for.
-    pub fn read_ahead(&self) {
+    /// Reads the frames in the background.
+    pub(super) fn read_ahead(&self) {
         let epis = Arc::clone(&self.epis);
         std::thread::spawn(move || epis.read());
     }

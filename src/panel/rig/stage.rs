@@ -239,11 +239,7 @@ impl<'a> StageSide<'a> {
             self.shared.fail(format!("stage: {error}"));
         }
         self.shared.stage_stop().release();
-        self.shared.change(|state| {
-            state.stopping = false;
-            // An order that was waiting was forgotten, and its task with it.
-            state.task.take_if(|task| task.kind != TaskKind::Measuring);
-        });
+        self.shared.stands();
         self.refresh();
     }
 }

@@ -18,7 +18,7 @@ function interval(depth_mm: number, { combined }: Budget): string {
 function BudgetTable({ contributions }: Budget) {
   const { label, factor } = lengths.value;
   return (
-    <table class="list">
+    <table class="list budget">
       <caption>Uncertainty budget of the depth</caption>
       <thead>
         <tr>

@@ -19,6 +19,7 @@ function Scan({ scan, state, ended }: { scan: ScanState; state: RigState; ended:
   }, [ended]);
   return (
     <main class="scan">
+      <h1 class="unseen">Scan</h1>
       <JobCard scan={scan} state={state} />
       {scan.asked ? <AskedCard asked={scan.asked} /> : <LiveMap scan={scan} />}
       <div class="scan-under">
@@ -42,6 +43,7 @@ export function ScanView() {
   if (!state) {
     return (
       <main class="scan">
+        <h1 class="unseen">Scan</h1>
         <p class="hint" role="status">
           connecting…
         </p>

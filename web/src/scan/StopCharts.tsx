@@ -64,7 +64,8 @@ export function SigmaCourse({ course }: { course: ScanState['course'] }) {
     <CurvePanel
       name="Median sigma of the live map against the frames that it was made of"
       xLabel="frames"
-      yLabel="sigma (px)"
+      yLabel="sigma (px), log"
+      log
       x={x}
       curves={curves}
       height={120}
