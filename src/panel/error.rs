@@ -112,10 +112,7 @@ pub enum PanelError {
 impl From<PanelError> for Refusal {
     fn from(error: PanelError) -> Self {
         let kind = match &error {
-            PanelError::Read(ReadError::Io { source, .. })
-            | PanelError::Results(ResultsError::Read(ReadError::Io { source, .. }))
-                if source.kind() == std::io::ErrorKind::NotFound =>
-            {
+            PanelError::Read(gone) | PanelError::Results(ResultsError::Read(gone)) if gone.is_missing() => {
                 RefusalKind::NotFound
             }
             PanelError::Reading { .. } | PanelError::Busy(_) => RefusalKind::Busy,

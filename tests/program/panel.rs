@@ -13,11 +13,10 @@ struct NoHooks;
 impl PanelHooks for NoHooks {}
 
 /// A small simulated rig.
-const PROFILE: &str = "format_version = 1
-[stage]
+const PROFILE: &str = "[stage]
 driver = \"sim\"
 [camera]
-driver = \"sim\"
+device = \"sim\"
 size = \"192x128\"
 [plan]
 step = \"0.5 mm\"

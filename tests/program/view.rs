@@ -283,7 +283,7 @@ fn a_page_of_former_results_is_told_so() {
     let all = [tile, "pixel?x=40&y=30", "downloads", "download/disparity.tiff", "frames/0/0/0/0?kind=raw"];
     all.iter().for_each(|path| drop(get(&view, &of(&former, path))));
 
-    succeeds(folder.path(), &["match", "seq", "--quick", "--range", "10..60", "--overwrite"]);
+    succeeds(folder.path(), &["match", "seq", "--method", "normalised", "--overwrite"]);
     let now = id(&view);
     assert_ne!(now, former);
     for path in all {

@@ -4,6 +4,7 @@ import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import { HEIGHT, type CurveProps } from './components/CurvePanel';
 import type { Palette } from './components/palette';
+import { decades } from './format/decades';
 
 function tick(values: number[]): string[] {
   return values.map((value) => String(Number(value.toPrecision(6))).replace('-', '\u2212'));
@@ -83,16 +84,6 @@ function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Op
       setCursor: [(plot) => props.onCursor?.(plot.cursor.left! >= 0 ? (plot.cursor.idx ?? null) : null)],
     },
   };
-}
-
-/** The values 1, 2 and 5 of each decade between two ends. */
-export function decades(low: number, high: number): number[] {
-  const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
-  const all: number[] = [];
-  for (let exponent = first; exponent <= last; exponent += 1) {
-    for (const digit of [1, 2, 5]) all.push(Number(`${digit}e${exponent}`));
-  }
-  return all.filter((value) => value >= low && value <= high);
 }
 
 /** What falls as a power of the number of frames keeps its steepness to the end. */

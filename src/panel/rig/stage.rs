@@ -178,7 +178,7 @@ impl<'a> StageSide<'a> {
         match kind {
             TaskKind::Homing => self.shared.note("the stage is homed"),
             TaskKind::Moving | TaskKind::Jogging => {
-                self.shared.note(format!("the stage is at {at_mm:.4} mm"));
+                self.shared.note(format!("the stage has moved to {at_mm:.4} mm"));
             }
             _ => {}
         }

@@ -327,7 +327,7 @@ mod tests {
     impl PanelHooks for NoHooks {}
 
     fn shared() -> Shared {
-        let draft = Draft::read("format_version = 1", "rig.toml", &[]).unwrap();
+        let draft = Draft::read("", "rig.toml", &[]).unwrap();
         Shared::new(draft, "rig.toml".to_owned(), PathBuf::new(), PathBuf::new(), Box::new(NoHooks))
     }
 
@@ -348,7 +348,8 @@ mod tests {
 
     #[test]
     fn a_stop_ends_a_measurement_and_no_other_task() {
-        for (kind, stops) in [(TaskKind::Measuring, true), (TaskKind::Scan, false), (TaskKind::Doctor, false)] {
+        for (kind, stops) in [(TaskKind::Measuring, true), (TaskKind::Scan, false), (TaskKind::Doctor, false)]
+        {
             let shared = shared();
             assert!(shared.begin(kind, "at work", None));
             shared.stop();

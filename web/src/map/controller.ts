@@ -132,7 +132,10 @@ export class MapController implements MapHandle {
       y: Math.min(Math.max(from.y + dy, 0), image.height - 1),
     };
     select({ pin: moved });
-    if (selection.peek().view) this.look(showing(view, this.size, moved));
+    // What shows all of the image shows the pin.
+    if (view.zoom <= fitted(image, this.size).zoom) return;
+    const followed = showing(view, this.size, moved);
+    if (followed.x !== view.x || followed.y !== view.y) this.look(followed);
   }
 
   private listen(): void {

@@ -119,7 +119,7 @@ void main() {
     shown = vec3(0.227, 0.259, 0.302);
   } else if (missing(value)) {
     vec2 square = floor(screen / (8.0 * u_dot));
-    shown = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.420, 0.455, 0.502) : vec3(0.227, 0.259, 0.302);
+    shown = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.290, 0.325, 0.369) : vec3(0.227, 0.259, 0.302);
   } else if (u_coded) {
     vec2 look_of = u_codes[clamp(int(value + 0.5), 0, 6)];
     shown = mix(vec3(look_of.x), vec3(0.0), pattern(int(look_of.y), screen));

@@ -24,7 +24,7 @@ function Scan({ scan, state, ended }: { scan: ScanState; state: RigState; ended:
       {scan.asked ? <AskedCard asked={scan.asked} /> : <LiveMap scan={scan} />}
       <div class="scan-under">
         {scan.course.length > 0 && (
-          <Fold title="Sigma against frames">
+          <Fold title="Sigma against frames" brief="logarithmic">
             <SigmaCourse course={scan.course} />
           </Fold>
         )}

@@ -26,7 +26,7 @@ test('no data is a checkerboard of two greys', async ({ page }) => {
   const { x, y } = await centre(page);
   await expect
     .poll(() => coloursIn(page, { x, y: y + 4, width: 16, height: 1 }, 4))
-    .toEqual(['107,116,128', '58,66,77']);
+    .toEqual(['58,66,77', '74,83,94']);
 });
 
 test('values beyond the range are black and white stripes if one asks for them', async ({ page }) => {
