@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{CliError, Talk, interrupt};
-use crate::panel::ResultsView;
+use crate::panel::CurrentResults;
 use epirig_server::{Server, ServerOptions};
 
 /// Look at a sequence and its results in a browser
@@ -41,7 +41,7 @@ pub(super) struct Serving {
 
 impl View {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let view = ResultsView::open(&self.seq, self.results.as_deref())?;
+        let view = CurrentResults::open(&self.seq, self.results.as_deref())?;
         if let Some(reason) = view.unfit() {
             talk.say(&format!("note: only the frames are shown: {reason}"));
         }

@@ -101,6 +101,9 @@ pub enum PanelError {
         /// What limits them.
         bound: Bound,
     },
+    /// Something else is being done.
+    #[error("{0}")]
+    Busy(String),
     /// Something outside of the picture, or that does not exist.
     #[error("{0}")]
     NotThere(String),
@@ -111,8 +114,11 @@ pub enum PanelError {
 
 impl From<PanelError> for Refusal {
     fn from(error: PanelError) -> Self {
-        let kind = match error {
-            PanelError::Reading { .. } => RefusalKind::Busy,
+        let kind = match &error {
+            PanelError::Read(gone) | PanelError::Results(ResultsError::Read(gone)) if gone.is_missing() => {
+                RefusalKind::NotFound
+            }
+            PanelError::Reading { .. } | PanelError::Busy(_) => RefusalKind::Busy,
             PanelError::NotThere(_) => RefusalKind::NotFound,
             PanelError::Wrong(_)
             | PanelError::Profile(_)

@@ -1,6 +1,6 @@
 //! What the browser shows: the rig, a scan, and results, pixel by pixel, with the reason for each number.
 //!
-//! [`epirig_server`] serves it; nothing here knows HTTP. [`ResultsView`] shows results and changes nothing.
+//! [`epirig_server`] serves it; nothing here knows HTTP. [`CurrentResults`] shows results and changes nothing.
 //! [`Panel`] shows a rig, too: one thread owns stage and camera and obeys the orders of the page, another
 //! looks at the pictures, a third makes the live map of a scan.
 
@@ -17,6 +17,6 @@ mod state;
 
 pub use error::PanelError;
 pub use live_map::{LiveMap, LiveMapMaker};
-pub use results::ResultsView;
+pub use results::CurrentResults;
 pub use shared::PanelHooks;
 pub use site::{Panel, PanelCloser, PanelEnd, PanelOptions};

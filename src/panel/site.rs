@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -12,10 +13,12 @@ use serde_json::Value;
 use super::asked::{Done, Id, Jogged, Mm, Named, On, Setting, Short, Show, Signed, Values, taken};
 use super::error::PanelError;
 use super::rig::{change_profile, controls, profile_form, save_profile, start};
-use super::scan::{folder_of, has_target, live_map, measure, plan, sequences};
+use super::scan::{
+    begin_measurement, folder_of, has_target, live_map, plan, sequences, shows_board, why_no_name,
+};
 use super::shared::{Order, PanelHooks, PictureFeed, Reply as Answered, Shared, StateFeed};
 use super::state::{RigState, TaskKind};
-use crate::panel::results::{ResultsView, largest_question};
+use crate::panel::results::{CurrentResults, largest_question};
 use crate::profile::Draft;
 use epirig_data::sequence::Sequence;
 use epirig_devices::camera::SimView;
@@ -39,7 +42,7 @@ pub struct PanelOptions {
 pub struct Panel {
     shared: Arc<Shared>,
     /// The sequence that the results view shows.
-    results: RwLock<Option<Arc<ResultsView>>>,
+    results: RwLock<Option<Arc<CurrentResults>>>,
 }
 
 /// Ends a panel.
@@ -97,75 +100,67 @@ impl Panel {
     /// # Errors
     /// [`PanelError`] if it cannot be read.
     pub fn show_results(&self, folder: &Path) -> Result<(), PanelError> {
-        let view = Arc::new(ResultsView::open(folder, None)?);
+        let view = Arc::new(CurrentResults::open(folder, None)?);
         view.read_ahead();
         *self.results.write().unwrap_or_else(PoisonError::into_inner) = Some(view);
         Ok(())
     }
 
-    fn results(&self) -> Result<Arc<ResultsView>, PanelError> {
+    fn results(&self) -> Result<Arc<CurrentResults>, PanelError> {
         let results = self.results.read().unwrap_or_else(PoisonError::into_inner).clone();
         results.ok_or_else(|| PanelError::NotThere("no sequence is open; choose one in the list".to_owned()))
     }
 
     /// Begins a task and gives its order to the owner of the rig.
     fn order(&self, kind: TaskKind, words: &str, order: Order) -> Result<Reply, Refusal> {
-        if !self.shared.begin(kind, words) {
-            let busy = self.shared.look(|state| state.task.as_ref().map(|task| task.words.clone()));
-            let busy = busy.unwrap_or_default();
-            return Err(Refusal::new(RefusalKind::Busy, format!("the rig is busy ({busy}); stop it first")));
+        if self.shared.begin(kind, words, Some(order)) {
+            return done();
         }
-        self.shared.mailbox.put(order);
-        done()
+        let busy = self.shared.look(|state| state.task.as_ref().map(|task| task.words.clone()));
+        let why = match busy {
+            Some(words) => format!("the rig is busy ({words}); stop it first"),
+            None => "the rig is being stopped; try again when it stands".to_owned(),
+        };
+        Err(Refusal::new(RefusalKind::Busy, why))
     }
 
     fn set_control(&self, name: String, value: String) -> Result<Reply, Refusal> {
-        const PATIENCE: Duration = Duration::from_secs(10);
         if self.shared.look(|state| state.task.is_some()) {
             return Err(Refusal::new(RefusalKind::Busy, "the rig is busy; controls can be set afterwards"));
         }
         let (reply, answer) = Answered::new();
         self.shared.mailbox.put(Order::SetControl { name, value, reply });
-        match answer.recv_timeout(PATIENCE) {
-            Ok(Ok(())) => controls(&self.shared),
-            Ok(Err(why)) => Err(Refusal::new(RefusalKind::Wrong, why)),
-            Err(_) => Err(Refusal::new(RefusalKind::Busy, "the camera has not answered yet; look again")),
-        }
+        self.wait_for(&answer, "STOP was pressed; the control was not set")?;
+        controls(&self.shared)
     }
 
-    fn measure(&self, name: &str) -> Result<Reply, Refusal> {
-        let folder = folder_of(&self.shared, name)?;
-        if !self.shared.begin(TaskKind::Measuring, format!("measuring with {name}")) {
-            return Err(Refusal::new(RefusalKind::Busy, "the rig is busy; measure afterwards"));
-        }
-        let (shared, name) = (Arc::clone(&self.shared), name.to_owned());
-        let work = move || {
-            let measured = measure(&shared, &folder);
-            shared.end_task();
-            match measured {
-                Ok(()) => {
-                    shared.note(format!("{name} is measured"));
-                    shared.change(|state| {
-                        let scan = state.scan.as_mut().filter(|scan| scan.name == name);
-                        scan.map(|scan| scan.measured = true)
-                    });
-                }
-                Err(error) => shared.fail(error.to_string()),
+    /// Uses another profile from now on, once the owner of the rig has taken it.
+    fn use_profile(&self, draft: Draft) -> Result<Reply, Refusal> {
+        let (reply, answer) = Answered::new();
+        let order = Order::Use { draft: Box::new(draft), reply };
+        self.order(TaskKind::Connecting, "connecting", order)?;
+        self.wait_for(&answer, "STOP was pressed; the profile was not changed")
+    }
+
+    /// Waits until the owner of the rig has answered; `forgotten` is said of an order that STOP has taken away.
+    fn wait_for(&self, answer: &Receiver<Result<(), String>>, forgotten: &str) -> Result<Reply, Refusal> {
+        const PATIENCE: Duration = Duration::from_secs(10);
+        match answer.recv_timeout(PATIENCE) {
+            Ok(Ok(())) => done(),
+            Ok(Err(why)) => Err(Refusal::new(RefusalKind::Wrong, why)),
+            Err(RecvTimeoutError::Disconnected) => Err(Refusal::new(RefusalKind::Busy, forgotten)),
+            Err(RecvTimeoutError::Timeout) => {
+                let why = "the rig is still being connected, and does this afterwards; look again";
+                Err(Refusal::new(RefusalKind::Busy, why))
             }
-        };
-        if let Err(error) = std::thread::Builder::new().spawn(work) {
-            self.shared.end_task();
-            return Err(PanelError::Threads(error).into());
         }
-        done()
     }
 
     fn scan(&self, name: String, resumed: bool) -> Result<Reply, Refusal> {
         if resumed {
             Sequence::open(&folder_of(&self.shared, &name)?).map_err(PanelError::from)?;
-        } else if !is_plain(&name) {
-            let why = "a name has letters, digits, - and _, and does not begin with a -".to_owned();
-            return Err(PanelError::Wrong(why).into());
+        } else if let Some(why) = why_no_name(&name) {
+            return Err(PanelError::Wrong(why.to_owned()).into());
         }
         // What is missing is said before anything moves.
         plan(&self.shared)?;
@@ -180,16 +175,6 @@ impl Panel {
     }
 }
 
-/// Whether a name can be that of a new folder, on any system.
-fn is_plain(name: &str) -> bool {
-    const LONGEST: usize = 80;
-    let is_usual =
-        |character: char| character.is_ascii_alphanumeric() || matches!(character, '-' | '_' | '.');
-    (1..=LONGEST).contains(&name.len())
-        && name.chars().all(is_usual)
-        && name.starts_with(|first: char| first.is_ascii_alphanumeric())
-}
-
 /// An answer without contents.
 fn done() -> Result<Reply, Refusal> {
     Reply::json(&())
@@ -202,6 +187,7 @@ struct About<'a> {
     mode: &'static str,
     rig: bool,
     sequence: Option<&'a str>,
+    results: Option<&'a str>,
 }
 
 #[derive(Serialize)]
@@ -215,6 +201,7 @@ impl Site for Panel {
             ["about"] => {
                 let results = self.results().ok();
                 let sequence = results.as_ref().map(|results| results.name());
+                let id = results.as_ref().and_then(|results| results.id().ok());
                 let version = env!("CARGO_PKG_VERSION");
                 let about = About {
                     program: "epirig",
@@ -222,6 +209,7 @@ impl Site for Panel {
                     mode: "ui",
                     rig: true,
                     sequence: sequence.as_deref(),
+                    results: id.as_deref(),
                 };
                 Reply::json(&about)
             }
@@ -250,7 +238,8 @@ impl Site for Panel {
                 return done();
             }
             ["rig", "take"] => {
-                shared.take_control(&client?);
+                let client = client?;
+                shared.control(|controller| controller.takes(&client, Instant::now()));
                 return done();
             }
             ["surface"] | ["results", "open"] | ["rig", "profile", "check"] => {}
@@ -311,6 +300,11 @@ impl Site for Panel {
                     "object" => SimView::Scene,
                     "dark" => SimView::Dark,
                     "flat" => SimView::Flat,
+                    "board" if !shows_board(shared) => {
+                        let why = "the profile describes no chess-board that is held by hand: set square, columns \
+                                   and rows in its section board";
+                        return Err(PanelError::Wrong(why.to_owned()).into());
+                    }
                     "board" => SimView::Board(pose),
                     other => return Err(PanelError::Wrong(format!("\"{other}\" cannot be shown")).into()),
                 };
@@ -329,9 +323,7 @@ impl Site for Panel {
             ["rig", "profile", "use"] => {
                 let Values { values, .. } = taken(asked)?;
                 let draft = change_profile(shared, &values).map_err(mistaken)?;
-                let connected = self.order(TaskKind::Connecting, "connecting", Order::Connect)?;
-                shared.use_draft(draft);
-                Ok(connected)
+                self.use_profile(draft)
             }
             ["rig", "profile", "save"] => {
                 let Values { values, overwrite } = taken(asked)?;
@@ -349,7 +341,11 @@ impl Site for Panel {
                 shared.answer(taken::<Done>(asked)?.done);
                 done()
             }
-            ["scan", "measure"] => self.measure(&taken::<Named>(asked)?.name),
+            ["scan", "measure"] => {
+                let Named { name } = taken(asked)?;
+                begin_measurement(shared, &name, folder_of(shared, &name)?)?;
+                done()
+            }
             ["results", "open"] => {
                 self.show_results(&folder_of(shared, &taken::<Named>(asked)?.name)?)?;
                 done()
@@ -360,7 +356,9 @@ impl Site for Panel {
 
     fn feed(&self, path: &[&str]) -> Result<Box<dyn Feed>, Refusal> {
         match path {
-            ["rig", "state"] => Ok(Box::new(StateFeed::new(Arc::clone(&self.shared)))),
+            ["rig", "state"] => Ok(Box::new(StateFeed::new(Arc::clone(&self.shared), None))),
+            // A page that tells its name is there as long as the feed is open.
+            ["rig", "state", client] => Ok(Box::new(StateFeed::new(Arc::clone(&self.shared), Some(client)))),
             ["rig", "picture"] => Ok(Box::new(PictureFeed::new(Arc::clone(&self.shared)))),
             _ => Err(Refusal::unknown(path)),
         }
@@ -372,6 +370,11 @@ impl Site for Panel {
 
     fn is_urgent(&self, path: &[&str]) -> bool {
         matches!(path, ["rig", "stop" | "keep" | "release"])
+    }
+
+    fn is_open_to_all(&self, path: &[&str]) -> bool {
+        // Stopping is nobody's privilege, and a question about results changes nothing.
+        matches!(path, ["rig", "stop"] | ["surface"])
     }
 }
 

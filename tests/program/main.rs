@@ -24,6 +24,7 @@ mod manual;
 mod masked_match;
 #[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
 mod painted;
+mod panel;
 mod pixel_locking;
 #[path = "../../crates/matcher/tests/promises/promises.rs"]
 mod promises;

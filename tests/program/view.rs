@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use epirig::panel::ResultsView;
+use epirig::panel::CurrentResults;
 use epirig::results::read_map;
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFormat;
@@ -35,13 +35,13 @@ fn matched(folder: &Path) {
     succeeds(folder, &["match", "seq"]);
 }
 
-fn get(view: &ResultsView, path: &str) -> Reply {
+fn get(view: &CurrentResults, path: &str) -> Reply {
     let (path, query) = path.split_once('?').unwrap_or((path, ""));
     let parts: Vec<&str> = path.split('/').collect();
     view.get(&parts, &Query::parse(query)).unwrap_or_else(|refusal| panic!("{path}: {}", refusal.message))
 }
 
-fn refused(view: &ResultsView, path: &str) -> RefusalKind {
+fn refused(view: &CurrentResults, path: &str) -> RefusalKind {
     let (path, query) = path.split_once('?').unwrap_or((path, ""));
     let parts: Vec<&str> = path.split('/').collect();
     view.get(&parts, &Query::parse(query)).expect_err(path).kind
@@ -79,7 +79,7 @@ fn maps_pixels_and_epis_are_those_on_disk() {
     matched(folder.path());
     let seq = folder.path().join("seq");
     let before = names(&seq);
-    let view = ResultsView::open(&seq, None).unwrap();
+    let view = CurrentResults::open(&seq, None).unwrap();
     let facts = json(&get(&view, "results"));
     assert_eq!(facts["sequence"]["frames"], 9);
     let ids: Vec<&str> =
@@ -157,7 +157,7 @@ fn maps_pixels_and_epis_are_those_on_disk() {
 fn a_region_and_a_line_have_the_answers_of_the_command() {
     let folder = tempfile::tempdir().unwrap();
     matched(folder.path());
-    let view = ResultsView::open(&folder.path().join("seq"), None).unwrap();
+    let view = CurrentResults::open(&folder.path().join("seq"), None).unwrap();
     // A region of the page ends before its second corner.
     let asked = json!({ "region": [10, 4, 111, 61], "trend": "plane" });
     let found = json(&view.post(&["surface"], &asked).unwrap());
@@ -204,7 +204,7 @@ fn a_region_and_a_line_have_the_answers_of_the_command() {
     succeeds(folder.path(), &[&["surface", "seq", "--overwrite"], &region[..]].concat());
 
     // The same line over the surface that the command has written now.
-    let view = ResultsView::open(&folder.path().join("seq"), None).unwrap();
+    let view = CurrentResults::open(&folder.path().join("seq"), None).unwrap();
     let csv = get(&view, "line.csv?x0=12&y0=8&x1=40&y1=16&width=3").bytes;
     let written = fs::read(folder.path().join("seq/results/surface/profile.csv")).unwrap();
     assert_eq!(String::from_utf8(csv).unwrap(), String::from_utf8(written).unwrap());
@@ -226,7 +226,7 @@ fn rectified_frames_are_shown_as_they_were_matched() {
         folder.path(),
         &["match", "seq", "--range", "150..260", "--quick", "--method", "normalised", "--out", "seq/other"],
     );
-    let view = ResultsView::open(&seq, None).unwrap();
+    let view = CurrentResults::open(&seq, None).unwrap();
     let facts = json(&get(&view, "results"));
     assert_eq!(facts["frames"]["kinds"], json!(["raw", "rectified"]));
     assert_eq!(facts["others"], json!(["other"]));
@@ -264,10 +264,46 @@ fn a_damaged_frame_is_told_and_the_maps_are_still_shown() {
     let seq = folder.path().join("seq");
     let frame = Sequence::open(&seq).unwrap().frames()[3].file.clone();
     fs::write(seq.join(&frame), "damaged").unwrap();
-    let view = ResultsView::open(&seq, None).unwrap();
+    let view = CurrentResults::open(&seq, None).unwrap();
     assert!(!get(&view, "maps/disparity/0/0/0").bytes.is_empty());
     let refusal = view.get(&["pixel"], &Query::parse("x=9&y=9")).expect_err("damaged");
     assert!(refusal.message.contains(&frame), "{}", refusal.message);
+}
+
+#[test]
+fn a_page_of_former_results_is_told_so() {
+    let folder = tempfile::tempdir().unwrap();
+    matched(folder.path());
+    let view = CurrentResults::open(&folder.path().join("seq"), None).unwrap();
+    let id = |view: &CurrentResults| json(&get(view, "about"))["results"].as_str().unwrap().to_owned();
+    let tile = "maps/disparity/0/0/0";
+    let (former, former_tile) = (id(&view), get(&view, tile).bytes);
+    assert_eq!(json(&get(&view, "results"))["id"], former.as_str());
+    let of = |id: &str, path: &str| format!("{path}{}of={id}", if path.contains('?') { '&' } else { '?' });
+    let all = [tile, "pixel?x=40&y=30", "downloads", "download/disparity.tiff", "frames/0/0/0/0?kind=raw"];
+    all.iter().for_each(|path| drop(get(&view, &of(&former, path))));
+
+    succeeds(folder.path(), &["match", "seq", "--method", "normalised", "--overwrite"]);
+    let now = id(&view);
+    assert_ne!(now, former);
+    for path in all {
+        assert_eq!(refused(&view, &of(&former, path)), RefusalKind::Outdated, "{path}");
+        get(&view, &of(&now, path));
+    }
+    let asked = json!({ "region": [2, 2, 30, 30], "of": former });
+    assert_eq!(view.post(&["surface"], &asked).expect_err("outdated").kind, RefusalKind::Outdated);
+    // Maps and files are those of the same match.
+    let disparity = read_map(&folder.path().join("seq/results/disparity.tiff")).unwrap();
+    let shown = numbers(&get(&view, tile).bytes);
+    let is_same = |(a, b): (&f32, &f32)| a == b || (a.is_nan() && b.is_nan());
+    assert!(shown[..COLUMNS].iter().zip(disparity.row(0)).all(is_same));
+    assert_ne!(get(&view, tile).bytes, former_tile);
+    // An analysis of the surface adds files and facts.
+    succeeds(folder.path(), &["surface", "seq"]);
+    assert_ne!(id(&view), now);
+    // A file that has gone since the page listed it is not there.
+    fs::remove_file(folder.path().join("seq/results/cost.tiff")).unwrap();
+    assert_eq!(refused(&view, "download/cost.tiff"), RefusalKind::NotFound);
 }
 
 /// Starts the program, asks it over its link, and interrupts it.
@@ -306,7 +342,7 @@ fn results_that_do_not_fit_their_frames_are_refused() {
     let seq = folder.path().join("seq");
     let summary = fs::read_to_string(seq.join("results/match.json")).unwrap();
     let refused = |words: &str| {
-        let error = ResultsView::open(&seq, None).err().unwrap().to_string();
+        let error = CurrentResults::open(&seq, None).err().unwrap().to_string();
         assert!(error.contains(words), "{error}");
     };
     fs::write(seq.join("results/match.json"), summary.replace("\"reference\": 4", "\"reference\": 9"))

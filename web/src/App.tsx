@@ -3,6 +3,7 @@ import { useEffect } from 'preact/hooks';
 import { AppBar } from './components/AppBar';
 import { ColourBar } from './components/ColourBar';
 import { KeySheet } from './components/KeySheet';
+import { Notices } from './components/Notices';
 import { StateBanner } from './components/StateBanner';
 import { ToolBar } from './components/ToolBar';
 import { ValueLine } from './components/ValueLine';
@@ -16,6 +17,7 @@ import { view } from './store/route';
 function ResultsView() {
   return (
     <main class="results">
+      <h1 class="unseen">Results</h1>
       <div class="left">
         <ToolBar />
         <div class="map-row">
@@ -63,6 +65,7 @@ export function App() {
     <>
       <AppBar />
       <StateBanner />
+      <Notices />
       <Shown />
       <KeySheet />
     </>

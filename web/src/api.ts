@@ -10,6 +10,8 @@ export interface About {
   rig: boolean;
   may_control: boolean;
   sequence: string | null;
+  /** Which results are there; another text after another match, or for another sequence. */
+  results: string | null;
 }
 
 export interface SequenceInfo {
@@ -70,6 +72,8 @@ export interface MapInfo {
   share_valid: number;
   low: number | null;
   high: number | null;
+  /** Whether this range was widened to take in connected pixels beyond 0.5 % and 99.5 % of the values. */
+  widened: boolean;
   minimum: number | null;
   maximum: number | null;
   histogram: Histogram;
@@ -167,11 +171,15 @@ export interface Geometry {
 }
 
 export interface Results {
+  /** As `results` of `About`. */
+  id: string;
   sequence: SequenceInfo;
   results: MatchInfo | null;
   others: string[];
   geometry: Geometry | null;
   surface: SurfaceSummary | null;
+  /** The part of the picture that has answers. */
+  answered_px: [x0: number, y0: number, x1: number, y1: number] | null;
   maps: MapInfo[];
   frames: FramesInfo;
 }
@@ -185,6 +193,14 @@ export interface PixelValue {
   unit: string;
   value: number | null;
   sigma: number | null;
+}
+
+/** The value of one pixel of a map or a frame, at full resolution. */
+export interface OneValue {
+  value: number | null;
+  sigma: number | null;
+  /** Why a map has no value there. */
+  reason: string | null;
 }
 
 export interface Neighbour {
@@ -335,6 +351,7 @@ async function request(path: string, options: RequestInit = {}): Promise<Respons
   }
   contactMade();
   if (reply.ok) return reply;
+  if (reply.status === OUTDATED) whenOutdated();
   const said = (await reply.json().catch(() => null)) as { error?: { message?: string } } | null;
   throw new ApiError(said?.error?.message ?? `${path}: the server answered ${reply.status}`, reply.status);
 }
@@ -366,6 +383,28 @@ export async function framed<T>(path: string, options?: RequestInit): Promise<Fr
 
 async function blob(path: string): Promise<Blob> {
   return (await request(path)).blob();
+}
+
+/** The results that the page shows: the server refuses questions about others, see `Outdated`. */
+let shownResults: string | null = null;
+
+export function askAbout(id: string | null): void {
+  shownResults = id;
+}
+
+/** What the page does when the results are other ones by now. */
+let whenOutdated: () => void = () => undefined;
+
+export function onOutdated(act: () => void): void {
+  whenOutdated = act;
+}
+
+const OUTDATED = 409;
+
+/** The path with the results that it is about. */
+function of(path: string): string {
+  if (shownResults === null) return path;
+  return `${path}${path.includes('?') ? '&' : '?'}of=${shownResults}`;
 }
 
 function query(values: Record<string, string | number>): string {
@@ -400,23 +439,26 @@ export const api = {
   about: () => json<About>('api/about'),
   results: () => json<Results>('api/results'),
   trends: () => json<Trend[]>('api/trends'),
-  stage: () => json<StageInfo>('api/stage'),
-  calibration: () => json<CalibrationInfo | null>('api/calibration'),
-  calibrationFigure: (name: string) => blob(`api/calibration/${part(name)}.png`),
-  downloads: () => json<Download[]>('api/downloads'),
-  download: (name: string) => blob(`api/download/${name.split('/').map(part).join('/')}`),
+  stage: () => json<StageInfo>(of('api/stage')),
+  calibration: () => json<CalibrationInfo | null>(of('api/calibration')),
+  calibrationFigure: (name: string) => blob(of(`api/calibration/${part(name)}.png`)),
+  downloads: () => json<Download[]>(of('api/downloads')),
+  download: (name: string) => blob(of(`api/download/${name.split('/').map(part).join('/')}`)),
   pixel: (x: number, y: number, signal: AbortSignal) =>
-    framed<PixelInfo>(`api/pixel?${query({ x, y })}`, { signal }),
-  rowCost: (y: number, signal: AbortSignal) => framed<RowCost>(`api/row-cost?${query({ y })}`, { signal }),
+    framed<PixelInfo>(of(`api/pixel?${query({ x, y })}`), { signal }),
+  /** `asked` names a map or a frame, and a pixel. */
+  value: (asked: string, signal: AbortSignal) => json<OneValue>(of(`api/value?${asked}`), { signal }),
+  rowCost: (y: number, signal: AbortSignal) =>
+    framed<RowCost>(of(`api/row-cost?${query({ y })}`), { signal }),
   line: (ends: LineEnds, signal: AbortSignal) =>
-    json<LineInfo>(`api/line?${query({ ...ends })}`, { signal }),
-  lineCsv: (ends: LineEnds) => blob(`api/line.csv?${query({ ...ends })}`),
-  mesh: (most: number) => framed<MeshInfo>(`api/mesh?${query({ most })}`),
+    json<LineInfo>(of(`api/line?${query({ ...ends })}`), { signal }),
+  lineCsv: (ends: LineEnds) => blob(of(`api/line.csv?${query({ ...ends })}`)),
+  mesh: (most: number) => framed<MeshInfo>(of(`api/mesh?${query({ most })}`)),
   compare: (other: string, map: string) =>
-    framed<CompareInfo>(`api/compare?${query({ with: other, map })}`),
+    framed<CompareInfo>(of(`api/compare?${query({ with: other, map })}`)),
   surface: (asked: SurfaceQuestion, signal: AbortSignal) =>
-    post<SurfaceSummary>('api/surface', asked, signal),
+    post<SurfaceSummary>('api/surface', { ...asked, of: shownResults }, signal),
   /** One tile of 256 x 256 values; `path` is that of its map or frame. */
   tile: async (path: string, signal: AbortSignal) =>
-    new Float32Array(await (await request(path, { signal })).arrayBuffer()),
+    new Float32Array(await (await request(of(path), { signal })).arrayBuffer()),
 };

@@ -4,6 +4,7 @@ import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import { HEIGHT, type CurveProps } from './components/CurvePanel';
 import type { Palette } from './components/palette';
+import { decades } from './format/decades';
 
 function tick(values: number[]): string[] {
   return values.map((value) => String(Number(value.toPrecision(6))).replace('-', '\u2212'));
@@ -65,9 +66,13 @@ function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Op
   return {
     width,
     height: props.height ?? HEIGHT,
-    padding: [8, 10, 0, 0],
-    scales: { x: { time: false }, y: { range: spanOf } },
-    axes: [axisOf(props.xLabel, colours, false), axisOf(props.yLabel, colours, true)],
+    // Half of the last label of x stands beyond the curve.
+    padding: [8, 16, 0, 0],
+    scales: { x: { time: false }, y: props.log ? LOGARITHMIC : { range: spanOf } },
+    axes: [
+      axisOf(props.xLabel, colours, false),
+      { ...axisOf(props.yLabel, colours, true), ...(props.log ? LOGARITHMIC_AXIS : {}) },
+    ],
     series: [xSeries, ...series],
     bands: props.band
       ? [{ series: [props.band[0] + 1, props.band[1] + 1], fill: `${colours.first}40` }]
@@ -80,6 +85,17 @@ function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Op
     },
   };
 }
+
+/** What falls as a power of the number of frames keeps its steepness to the end. */
+const LOGARITHMIC: uPlot.Scale = {
+  distr: 3,
+  range: (_plot, low, high) => (low > 0 && high > 0 ? [low / 1.3, high * 1.3] : [0.001, 1]),
+};
+
+const LOGARITHMIC_AXIS: Partial<uPlot.Axis> = {
+  splits: (_plot, _axis, low, high) => decades(low, high),
+  filter: (_plot, splits) => splits,
+};
 
 /** The range of y; a flat curve lies in the middle of a small one. */
 function spanOf(_plot: uPlot, low: number | null, high: number | null): uPlot.Range.MinMax {

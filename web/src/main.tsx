@@ -1,6 +1,5 @@
 import { effect } from '@preact/signals';
 import { render } from 'preact';
-import { api } from './api';
 import { App } from './App';
 import { listenToKeys } from './map/keys';
 import { compareWith } from './store/comparison';
@@ -9,10 +8,12 @@ import { guardJog } from './rig/jogging';
 import { listenForStop } from './rig/stopping';
 import { askForToken, followRig } from './rig/store';
 import { followSelection } from './store/questions';
-import { load, results } from './store/results';
+import { follow, load, results } from './store/results';
 import { mode } from './store/route';
 import { keepInAddress, selection } from './store/selection';
 import { applyTheme } from './store/settings';
+import { followTitle } from './store/title';
+import { followUse } from './store/notices';
 import { takeToken } from './store/token';
 import './style/base.css';
 import './style/components.css';
@@ -29,7 +30,9 @@ keepInAddress(() => {
   if (mode.peek() === 'ui') void askForToken();
 });
 listenToKeys();
+followUse();
 followSelection();
+followTitle();
 
 // What is compared follows the address; the map that is compared is the height, or else the disparity.
 let compared: string | null = null;
@@ -50,6 +53,6 @@ mode.subscribe((now) => {
 });
 
 void load();
-watchContact(api.about);
+watchContact(follow);
 const page = document.getElementById('page');
 if (page) render(<App />, page);

@@ -53,6 +53,8 @@ export class View3d {
   private readonly heights: Float32Array;
   private readonly photograph: Float32Array;
   private readonly side: number;
+  /** Of a sphere around the surface, in mm. */
+  private radius = 1;
   private waiting = false;
 
   constructor(
@@ -94,9 +96,17 @@ export class View3d {
     });
     if (right <= left || bottom <= top) [left, right, top, bottom] = [0, columns, 0, rows];
     const middle = new Vector3((left + right - columns) / 2, (rows - top - bottom) / 2, 0);
-    const extent = Math.max(right - left, bottom - top) * this.side;
+    this.radius = (Math.hypot(right - left, bottom - top) / 2) * this.side;
     this.controls.target.copy(middle.multiplyScalar(this.side));
-    this.camera.position.copy(this.controls.target).add(new Vector3(0, -extent, extent));
+    const away = new Vector3(0, -1, 1).setLength(this.distance());
+    this.camera.position.copy(this.controls.target).add(away);
+  }
+
+  /** From how far away a sphere around the surface fills the picture: nothing of it is cut off. */
+  private distance(): number {
+    const half = (this.camera.fov / 360) * Math.PI;
+    const across = Math.atan(Math.tan(half) * this.camera.aspect);
+    return this.radius / Math.sin(Math.min(half, across));
   }
 
   /** Brings mesh, colours and post up to date. */
@@ -155,11 +165,11 @@ export class View3d {
 
   resize(width: number, height: number): void {
     this.renderer.setSize(width, height, false);
-    const before = Math.min(this.camera.aspect, 1.5);
+    const before = this.distance();
     this.camera.aspect = width / Math.max(height, 1);
     this.camera.updateProjectionMatrix();
     // A narrower picture is looked at from further away, so that all of the surface stays in it.
-    this.moveNearer(before / Math.min(this.camera.aspect, 1.5));
+    this.moveNearer(this.distance() / before);
     this.controls.update();
     this.redraw();
   }

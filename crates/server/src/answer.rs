@@ -16,7 +16,7 @@ use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::timeout::TimeoutLayer;
 use tracing::debug;
 
-use super::guard::Guard;
+use super::guard::{Access, Guard};
 use super::handshake;
 use super::page;
 use super::refusal::{Refusal, RefusalKind};
@@ -100,7 +100,9 @@ async fn find<S: Site>(
         let file = page::at(&path).filter(|_| *method == Method::GET).ok_or_else(|| nothing_at(&path))?;
         return Ok(Reply::file(file.media_type, file.bytes.to_vec()));
     };
-    shared.guard.check_token(method, headers)?;
+    let reads = *method == Method::GET;
+    let open = reads || (*method == Method::POST && shared.site.is_open_to_all(&parts(data)));
+    shared.guard.check_token(if open { Access::Look } else { Access::Change }, headers)?;
     let asked: Value = match *method {
         Method::GET => Value::Null,
         Method::POST => serde_json::from_slice(&read(body, shared.site.largest_body(&parts(data))).await?)
@@ -108,7 +110,7 @@ async fn find<S: Site>(
         _ => return Err(Refusal::new(RefusalKind::Forbidden, format!("{method} is not served"))),
     };
     let query = Query::parse(uri.query().unwrap_or_default());
-    let (data, reads) = (data.to_owned(), *method == Method::GET);
+    let data = data.to_owned();
     let is_urgent = !reads && shared.site.is_urgent(&parts(&data));
     let work = if is_urgent { Work::Urgent } else { Work::Answer };
     let site = shared.clone();
@@ -137,7 +139,7 @@ async fn open_feed<S: Site>(
     shared.guard.check_host(headers)?;
     shared.guard.check_origin(headers)?;
     let data = path.strip_prefix(DATA).ok_or_else(|| nothing_at(path))?.to_owned();
-    shared.guard.check_token(&Method::GET, headers)?;
+    shared.guard.check_token(Access::Look, headers)?;
     let response = handshake::agree(headers)?;
     let place = shared.feeds.places.clone().try_acquire_owned().map_err(|_| {
         Refusal::new(RefusalKind::Busy, "too many feeds are open; close other windows with this page")
@@ -183,6 +185,7 @@ fn refused(refusal: &Refusal) -> Response<Body> {
         RefusalKind::TooLarge => StatusCode::PAYLOAD_TOO_LARGE,
         RefusalKind::Forbidden => StatusCode::FORBIDDEN,
         RefusalKind::NotFound => StatusCode::NOT_FOUND,
+        RefusalKind::Outdated => StatusCode::CONFLICT,
         RefusalKind::Busy => StatusCode::SERVICE_UNAVAILABLE,
         RefusalKind::Failed => StatusCode::INTERNAL_SERVER_ERROR,
     };

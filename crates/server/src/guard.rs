@@ -2,7 +2,7 @@
 
 use std::net::{IpAddr, SocketAddr};
 
-use axum::http::{HeaderMap, Method, header};
+use axum::http::{HeaderMap, header};
 
 use super::handshake;
 use super::refusal::{Refusal, RefusalKind};
@@ -13,6 +13,15 @@ pub(super) const TOKEN_HEADER: &str = "x-epirig-token";
 
 /// What the token begins with as a protocol of a WebSocket: a page cannot give such a request other headers.
 const TOKEN_PROTOCOL: &str = "token.";
+
+/// What somebody must be allowed for a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Access {
+    /// To look.
+    Look,
+    /// To change things.
+    Change,
+}
 
 /// What the checks need to know.
 pub(super) struct Guard {
@@ -53,13 +62,12 @@ impl Guard {
         }
     }
 
-    /// Refuses what needs a token and does not have it: all that changes something, and from other machines
-    /// all data.
-    pub(super) fn check_token(&self, method: &Method, headers: &HeaderMap) -> Result<(), Refusal> {
+    /// Refuses what needs a token and does not have it: all that is for those alone who have control, and from
+    /// other machines everything.
+    pub(super) fn check_token(&self, access: Access, headers: &HeaderMap) -> Result<(), Refusal> {
         let Tokens { control, watch } = &self.tokens;
-        let reads = method == Method::GET;
-        let may_read = || self.address.ip().is_loopback() || gives(headers, watch);
-        if gives(headers, control) || (reads && may_read()) {
+        let may_look = || self.address.ip().is_loopback() || gives(headers, watch);
+        if gives(headers, control) || (access == Access::Look && may_look()) {
             return Ok(());
         }
         let message = match gives(headers, watch) {
@@ -93,8 +101,11 @@ fn gives(headers: &HeaderMap, token: &Token) -> bool {
         || protocols.any(|word| word.strip_prefix(TOKEN_PROTOCOL).is_some_and(|given| token.is(given)))
 }
 
+/// The text of a header. One that comes twice has none: others on the way may have read the other one.
 fn text<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
-    headers.get(name).and_then(|value| value.to_str().ok())
+    let mut values = headers.get_all(name).iter();
+    let only = values.next().filter(|_| values.next().is_none())?;
+    only.to_str().ok()
 }
 
 #[cfg(unix)]
@@ -165,13 +176,15 @@ mod tests {
                 headers.insert(TOKEN_HEADER, token.digits().parse().unwrap());
                 headers
             };
-            let may = |method: &Method, headers: &HeaderMap| guard.check_token(method, headers).is_ok();
+            let may = |access: Access, headers: &HeaderMap| guard.check_token(access, headers).is_ok();
             let none = HeaderMap::new();
-            assert_eq!((may(&Method::GET, &none), may(&Method::POST, &none)), (reads_freely, false));
-            let control = with(&guard.tokens.control);
-            assert!(may(&Method::GET, &control) && may(&Method::POST, &control));
+            assert_eq!((may(Access::Look, &none), may(Access::Change, &none)), (reads_freely, false));
+            let mut control = with(&guard.tokens.control);
+            assert!(may(Access::Look, &control) && may(Access::Change, &control));
             let watch = with(&guard.tokens.watch);
-            assert!(may(&Method::GET, &watch) && !may(&Method::POST, &watch));
+            assert!(may(Access::Look, &watch) && !may(Access::Change, &watch));
+            control.append(TOKEN_HEADER, guard.tokens.watch.digits().parse().unwrap());
+            assert!(!may(Access::Change, &control), "two tokens are none");
         }
     }
 }

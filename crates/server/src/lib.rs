@@ -8,6 +8,7 @@ mod handshake;
 mod page;
 mod refusal;
 mod reply;
+mod seats;
 mod server;
 mod site;
 mod socket;

@@ -13,6 +13,8 @@ pub enum RefusalKind {
     Forbidden,
     /// There is no such thing.
     NotFound,
+    /// What it is about has changed since the client last asked.
+    Outdated,
     /// Not now: come back in a moment.
     Busy,
     /// It was tried and failed.

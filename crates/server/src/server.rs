@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::runtime::Builder;
@@ -14,6 +15,7 @@ use tracing::{debug, info};
 use super::ServerError;
 use super::answer::{FeedLimits, router};
 use super::guard::Guard;
+use super::seats::Seats;
 use super::site::Site;
 use super::threads;
 use super::token::{Token, Tokens};
@@ -21,7 +23,8 @@ use super::token::{Token, Tokens};
 /// What clients may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Connections at once; more are closed as they come.
+    /// Connections at once. One more takes the place of that which has been idle for longest, so that whoever
+    /// comes to stop something is heard.
     pub connections: usize,
     /// Time for a client to send the head of a request; a connection without one is closed then.
     pub head_time: Duration,
@@ -152,7 +155,7 @@ impl Server {
             info!(address = %self.address, "serving");
             // One thread at least is there from now on.
             drop(tokio::task::spawn_blocking(|| ()));
-            let seats = Arc::new(Semaphore::new(self.limits.connections));
+            let seats = Seats::new(self.limits.connections);
             let mut http = http1::Builder::new();
             // A clock that is set to no usual year has no date for it.
             http.auto_date_header(false)
@@ -176,18 +179,25 @@ impl Server {
                 if let Err(error) = stream.set_nodelay(true) {
                     debug!(%error, "the end of a message may wait for what was sent before");
                 }
-                let Ok(seat) = seats.clone().try_acquire_owned() else {
-                    debug!("too many connections; one was closed");
-                    continue;
-                };
-                let connection = http.serve_connection(TokioIo::new(stream), service.clone()).with_upgrades();
+                let seat = seats.next();
+                let desk = seat.desk();
+                let service = service.clone();
+                let answering = service_fn(move |request| {
+                    let answering = desk.answering();
+                    let answer = service.call(request);
+                    async move {
+                        let answer = answer.await;
+                        drop(answering);
+                        answer
+                    }
+                });
+                let connection = http.serve_connection(TokioIo::new(stream), answering).with_upgrades();
                 let longest = self.limits.connection_time;
-                tokio::spawn(async move {
-                    let _seat = seat;
+                tokio::spawn(seat.hold(async move {
                     if let Ok(Err(error)) = tokio::time::timeout(longest, connection).await {
                         debug!(%error, "a connection ended with an error");
                     }
-                });
+                }));
             }
             // Feeds tell their clients why they end, and let go of what they hold.
             let all = u32::try_from(self.limits.feeds).unwrap_or(u32::MAX);

@@ -20,12 +20,19 @@ pub trait Site: Send + Sync + 'static {
     /// [`Refusal`], which the page shows.
     fn get(&self, path: &[&str], query: &Query) -> Result<Reply, Refusal>;
 
-    /// Work that is asked for, with its JSON. Only who has the token gets here.
+    /// Work that is asked for, with its JSON. Only who has the token gets here, unless the path
+    /// [is open to all](Self::is_open_to_all).
     ///
     /// # Errors
     /// [`Refusal`], which the page shows.
     fn post(&self, path: &[&str], _asked: &Value) -> Result<Reply, Refusal> {
         Err(Refusal::unknown(path))
+    }
+
+    /// Whether everybody who may read may also [`post`](Self::post) at this path: a question that changes
+    /// nothing, or a stop. Like [`is_urgent`](Self::is_urgent), it must return at once.
+    fn is_open_to_all(&self, _path: &[&str]) -> bool {
+        false
     }
 
     /// Bytes of the largest JSON that is read for [`post`](Self::post) at this path. Like

@@ -29,6 +29,10 @@ impl Site for Echo {
         Reply::json(&(path.join("/"), asked))
     }
 
+    fn is_open_to_all(&self, path: &[&str]) -> bool {
+        path == ["stop"]
+    }
+
     fn largest_body(&self, path: &[&str]) -> usize {
         if path == ["long"] { 150_000 } else { LARGEST_ORDER }
     }
@@ -44,8 +48,13 @@ struct Running {
 
 impl Running {
     fn with(limits: Limits) -> Self {
-        let server = Server::bind(&ServerOptions { limits, ..ServerOptions::default() }).unwrap();
-        let (address, stop) = (server.address(), server.stop_switch());
+        Self::at(&ServerOptions { limits, ..ServerOptions::default() })
+    }
+
+    fn at(options: &ServerOptions) -> Self {
+        let server = Server::bind(options).unwrap();
+        let (address, stop) =
+            (SocketAddr::from(([127, 0, 0, 1], server.address().port())), server.stop_switch());
         let [token, watch_token] =
             [server.link(), server.watch_link()].map(|link| link.split_once("token=").unwrap().1.to_owned());
         let thread = Some(std::thread::spawn(move || server.run(Echo)));
@@ -123,6 +132,24 @@ fn nothing_is_changed_without_the_token() {
     assert_eq!((status, answer.as_str()), (200, "[\"move\",{\"to\":3}]"));
     assert_eq!(server.ask("POST /api/move", &with, "no json").0, 400);
     assert_eq!(server.ask("DELETE /api/move", &with, "").0, 403);
+    assert_eq!(server.ask("DELETE /api/stop", &watch, "").0, 401);
+}
+
+#[test]
+fn what_is_open_to_all_needs_what_looking_needs() {
+    let near = Running::new();
+    let everywhere = SocketAddr::from(([0, 0, 0, 0], 0));
+    let far = Running::at(&ServerOptions { listen: everywhere, ..ServerOptions::default() });
+    for (server, without) in [(&near, 200), (&far, 401)] {
+        let with = |token: &str| format!("x-epirig-token: {token}\r\n");
+        assert_eq!(server.ask("POST /api/stop", "", "{}").0, without);
+        assert_eq!(server.ask("POST /api/stop", &with(&server.watch_token), "{}").0, 200);
+        assert_eq!(server.ask("POST /api/stop", &with(&server.token), "{}").0, 200);
+        assert_eq!(server.ask("POST /api/move", &with(&server.watch_token), "{}").0, 401);
+        // No page of another site makes its visitor stop the rig.
+        let foreign = with(&server.watch_token) + "Origin: http://evil.example\r\n";
+        assert_eq!(server.ask("POST /api/stop", &foreign, "{}").0, 403);
+    }
 }
 
 #[test]
@@ -143,6 +170,14 @@ fn foreign_hosts_and_origins_are_refused_even_with_the_token() {
     }
     let own = format!("{with}Origin: http://{}\r\n", server.address);
     assert_eq!(server.ask("POST /api/move", &own, "{}").0, 200);
+    // Of two hosts or origins nobody knows which one counts.
+    let host = format!("Host: {}\r\n", server.address);
+    for first in [&host, "Host: evil.example\r\n"] {
+        let two = format!("{with}{first}{host}");
+        assert!(matches!(server.ask("GET /api/sum?a=1&b=1", &two, "").0, 400 | 403), "{two}");
+    }
+    let two = format!("{own}Origin: http://{}\r\n", server.address);
+    assert_eq!(server.ask("POST /api/move", &two, "{}").0, 403);
 }
 
 #[test]
@@ -194,6 +229,35 @@ fn idle_and_slow_connections_do_not_keep_others_out() {
             Ok(_) => {}
             Err(error) => assert_eq!(error.kind(), ErrorKind::ConnectionReset),
         }
+    }
+}
+
+#[test]
+fn a_stop_is_heard_while_all_seats_are_held() {
+    let server = Running::new();
+    let seats = Limits::default().connections;
+    let host = format!("Host: {}\r\n", server.address);
+    // Half of a request, a request without its body, or an answer that is not read, each as often as there are seats.
+    let beginnings = [
+        "GET /api/sum?a=1&b=1 HTTP/1.1\r\nHost: ".to_owned(),
+        format!("POST /api/stop HTTP/1.1\r\n{host}Content-Length: 5\r\n\r\n{{"),
+        format!("GET / HTTP/1.1\r\n{host}\r\n"),
+        String::new(),
+    ];
+    let holds = |beginning: &String| -> Vec<TcpStream> {
+        let open = |_| {
+            let mut stream = server.connect();
+            let _ = stream.write_all(beginning.as_bytes());
+            stream
+        };
+        (0..seats).map(open).collect()
+    };
+    for beginning in &beginnings {
+        let held = holds(beginning);
+        for _ in 0..20 {
+            assert_eq!(server.ask("POST /api/stop", "", "{}").0, 200, "{beginning}");
+        }
+        drop(held);
     }
 }
 

@@ -6,36 +6,42 @@ use serde_json::Value;
 use super::view::{RESULTS, ResultsView};
 use crate::panel::results::maps::MapFacts;
 use crate::results::{MatchSummary, ResultsKind, results_beside};
+use epirig_core::grid::Grid;
 use epirig_data::sequence::Origin;
 
 #[derive(Serialize)]
-pub(super) struct About {
+pub(super) struct About<'a> {
     program: &'static str,
     version: &'static str,
     mode: &'static str,
     rig: bool,
     may_control: bool,
     sequence: String,
+    results: &'a str,
 }
 
-pub(super) fn about(view: &ResultsView) -> About {
+pub(super) fn about(view: &ResultsView) -> About<'_> {
     About {
         program: "epirig",
         version: env!("CARGO_PKG_VERSION"),
         mode: "view",
         rig: false,
         may_control: false,
-        sequence: name(view),
+        sequence: view.sequence.name(),
+        results: &view.id,
     }
 }
 
 #[derive(Serialize)]
 pub(super) struct Facts<'a> {
+    id: &'a str,
     sequence: SequenceFacts<'a>,
     results: Option<ResultsFacts<'a>>,
     others: Vec<String>,
     geometry: Option<GeometryFacts>,
     surface: Option<Value>,
+    /// The part of the picture that has answers: x and y of its first pixel, and of the one after its last.
+    answered_px: Option<[usize; 4]>,
     maps: Vec<MapFacts<'a>>,
     frames: FramesFacts,
 }
@@ -93,8 +99,9 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
     let tau = calibration.map(|(calibration, _)| calibration.positions.tau.clone());
     let tau = tau.or_else(|| view.sequence.tau().ok().map(|tau| tau.values().to_vec())).unwrap_or_default();
     Facts {
+        id: &view.id,
         sequence: SequenceFacts {
-            name: name(view),
+            name: view.sequence.name(),
             uid: &record.uid,
             created: &record.created,
             frames: view.sequence.frames().len(),
@@ -122,6 +129,7 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
             origin_px: [heights.geometry.principal_point_x_px, heights.geometry.principal_point_y_px],
         }),
         surface: surface(view),
+        answered_px: opened.and_then(|opened| answered(&opened.disparity)),
         maps: view.maps.facts(),
         frames: FramesFacts {
             count: view.sequence.frames().len(),
@@ -143,6 +151,60 @@ fn surface(view: &ResultsView) -> Option<Value> {
     serde_json::from_slice(&record).ok().filter(|answers: &Value| answers["format"] == format)
 }
 
+/// The part of a map that has values. On each side it leaves out as much as holds one value in a thousand: single
+/// pixels far off are no part of an object.
+fn answered(map: &Grid<f32>) -> Option<[usize; 4]> {
+    let (mut by_column, mut by_row) = (vec![0; map.columns()], vec![0; map.rows()]);
+    for (y, in_row) in by_row.iter_mut().enumerate() {
+        for (x, _) in map.row(y).iter().enumerate().filter(|(_, value)| value.is_finite()) {
+            by_column[x] += 1;
+            *in_row += 1;
+        }
+    }
+    let few = by_row.iter().sum::<usize>() / 1000;
+    // How many counts at the beginning hold no more than that together.
+    let left_out = |counts: &mut dyn Iterator<Item = &usize>| {
+        let sums = counts.scan(0, |sum, count| {
+            *sum += count;
+            Some(*sum)
+        });
+        sums.take_while(|sum| *sum <= few).count()
+    };
+    let ends = |counts: &[usize]| {
+        let (before, after) = (left_out(&mut counts.iter()), left_out(&mut counts.iter().rev()));
+        (before < counts.len()).then(|| (before, counts.len() - after))
+    };
+    let ((x0, x1), (y0, y1)) = (ends(&by_column)?, ends(&by_row)?);
+    Some([x0, y0, x1, y1])
+}
+
+/// The part of a map that has values. On each side it leaves out as much as holds one value in a thousand: single
+/// pixels far off are no part of an object.
+fn answered(map: &Grid<f32>) -> Option<[usize; 4]> {
+    let (mut by_column, mut by_row) = (vec![0; map.columns()], vec![0; map.rows()]);
+    for (y, in_row) in by_row.iter_mut().enumerate() {
+        for (x, _) in map.row(y).iter().enumerate().filter(|(_, value)| value.is_finite()) {
+            by_column[x] += 1;
+            *in_row += 1;
+        }
+    }
+    let few = by_row.iter().sum::<usize>() / 1000;
+    // How many counts at the beginning hold no more than that together.
+    let left_out = |counts: &mut dyn Iterator<Item = &usize>| {
+        let sums = counts.scan(0, |sum, count| {
+            *sum += count;
+            Some(*sum)
+        });
+        sums.take_while(|sum| *sum <= few).count()
+    };
+    let ends = |counts: &[usize]| {
+        let (before, after) = (left_out(&mut counts.iter()), left_out(&mut counts.iter().rev()));
+        (before < counts.len()).then(|| (before, counts.len() - after))
+    };
+    let ((x0, x1), (y0, y1)) = (ends(&by_column)?, ends(&by_row)?);
+    Some([x0, y0, x1, y1])
+}
+
 fn origin(origin: &Origin) -> String {
     match origin {
         Origin::Captured { stage, camera, .. } => format!("captured with {camera} and {stage}"),
@@ -151,12 +213,27 @@ fn origin(origin: &Origin) -> String {
     }
 }
 
-/// The name of the sequence's folder.
-fn name(view: &ResultsView) -> String {
-    view.sequence.name()
-}
-
 fn file_name(path: &std::path::Path) -> String {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     absolute.file_name().map_or_else(|| RESULTS.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_part_with_answers_leaves_out_single_pixels() {
+        let mut map = Grid::filled(60, 80, f32::NAN);
+        assert_eq!(answered(&map), None);
+        for y in 10..50 {
+            map.row_mut(y)[20..70].fill(1.0);
+        }
+        assert_eq!(answered(&map), Some([20, 10, 70, 50]));
+        // One of 2,002 pixels far off on two sides.
+        map.row_mut(2)[75] = 1.0;
+        map.row_mut(58)[3] = 1.0;
+        assert_eq!(answered(&map), Some([20, 10, 70, 50]));
+        assert_eq!(answered(&Grid::filled(3, 4, 0.0)), Some([0, 0, 4, 3]));
+    }
 }

@@ -46,6 +46,14 @@ impl Frames {
     /// # Errors
     /// [`PanelError`] if there is no such frame or tile, or it cannot be read.
     pub(super) fn tile(&self, t: &str, kind: Option<&str>, place: Place) -> Result<Vec<f32>, PanelError> {
+        self.picture_of(t, kind)?.tile(place)
+    }
+
+    /// Frame `t`, raw or of another kind.
+    ///
+    /// # Errors
+    /// As [`tile`](Self::tile).
+    pub(super) fn picture_of(&self, t: &str, kind: Option<&str>) -> Result<Arc<Pyramid>, PanelError> {
         let wrong = |what: &str| PanelError::NotThere(format!("there is no {what}"));
         let t: usize = t.parse().map_err(|_| wrong(&format!("frame {t}")))?;
         let kind = match kind {
@@ -53,7 +61,7 @@ impl Frames {
             Some("rectified") if self.calibration.is_some() => Kind::Rectified,
             Some(other) => return Err(wrong(&format!("{other} frame"))),
         };
-        self.picture(t, kind)?.tile(place)
+        self.picture(t, kind)
     }
 
     /// The frame as the matcher saw it.

@@ -69,7 +69,7 @@ impl Maps {
         if let Some(heights) = heights {
             match form_removed?.flatten() {
                 Some(form_removed) => {
-                    maps.add("height", "Height after removal of the form", "mm", form_removed, size);
+                    maps.add("height", "Height after the form", "mm", form_removed, size);
                     maps.add("height-measured", "Height as measured", "mm", heights.height_mm.clone(), size);
                 }
                 None => maps.add("height", "Height", "mm", heights.height_mm.clone(), size),

@@ -2,6 +2,7 @@
 
 mod compare;
 mod course;
+mod current;
 mod epis;
 mod facts;
 mod files;
@@ -14,13 +15,15 @@ mod pyramid;
 mod row_cost;
 mod statistics;
 mod surface;
+mod value;
 mod view;
 
 use serde_json::Value;
 
-use epirig_server::{LARGEST_ORDER, Query, Refusal, Reply, Site};
+use epirig_server::{LARGEST_ORDER, Query, Refusal, Reply};
+use view::ResultsView;
 
-pub use view::ResultsView;
+pub use current::CurrentResults;
 
 /// Bytes of the largest question with a mask: a picture of 20 million pixels in grey, not compressed, as text.
 const LARGEST_MASK: usize = 32 << 20;
@@ -34,11 +37,9 @@ pub(super) fn largest_question(path: &[&str]) -> usize {
 }
 
 /// The questions that are answered: a line for each.
-impl Site for ResultsView {
+impl ResultsView {
     fn get(&self, path: &[&str], query: &Query) -> Result<Reply, Refusal> {
         match path {
-            ["about"] => Reply::json(&facts::about(self)),
-            ["results"] => Reply::json(&facts::results(self)),
             ["maps", id, level, row, column] => {
                 Ok(Reply::numbers(&self.maps.tile(id, pyramid::Place::parse([level, row, column])?)?))
             }
@@ -47,6 +48,7 @@ impl Site for ResultsView {
                 Ok(Reply::numbers(&self.frames.tile(t, query.text("kind"), place)?))
             }
             ["pixel"] => pixel::explain(self, query.value("x")?, query.value("y")?),
+            ["value"] => Reply::json(&value::value(self, query)?),
             ["row-cost"] => row_cost::row_cost(self, query.value("y")?),
             ["line"] => Reply::json(&line::line(self, query)?),
             ["line.csv"] => Ok(Reply::file("text/csv; charset=utf-8", line::csv(self, query)?)),
@@ -60,10 +62,6 @@ impl Site for ResultsView {
             ["download", name @ ..] => files::download(self, &name.join("/")),
             _ => Err(Refusal::unknown(path)),
         }
-    }
-
-    fn largest_body(&self, path: &[&str]) -> usize {
-        largest_question(path)
     }
 
     fn post(&self, path: &[&str], asked: &Value) -> Result<Reply, Refusal> {

@@ -106,9 +106,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, R
     let (first, end) = crossed(&lines, x, line.as_ref());
     let window = epi(&volume, y - top, first..end);
     let known = || window.iter().copied().filter(|value| value.is_finite());
-    let code = view.maps.map("mask").map_or(f32::NAN, |mask| mask.at(x, y));
-    let answer = ANSWERS.get(code as usize).copied().filter(|_| code.is_finite());
-    let answer = answer.unwrap_or(if line.is_some() { Answer::Found } else { Answer::Ambiguous });
+    let answer = answer_at(view, x, y);
     let place = opened.heights.as_ref().map(|heights| heights.lateral_mm(x, y));
     let explained = Explained {
         rows: volume.frames(),
@@ -136,6 +134,24 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, R
     Reply::framed(&explained, &window)
 }
 
+/// What the matcher answered at a pixel.
+pub(super) fn answer_at(view: &ResultsView, x: usize, y: usize) -> Answer {
+    let code = view.maps.map("mask").map_or(f32::NAN, |mask| mask.at(x, y));
+    let answer = ANSWERS.get(code as usize).copied().filter(|_| code.is_finite());
+    let is_known = || view.maps.map("disparity").is_some_and(|map| map.at(x, y).is_finite());
+    answer.unwrap_or_else(|| if is_known() { Answer::Found } else { Answer::Ambiguous })
+}
+
+/// Standard uncertainty of the value of a map at a pixel, if there is a map of it.
+pub(super) fn sigma_at(view: &ResultsView, id: &str, x: usize, y: usize) -> Option<f64> {
+    let sigma = match id {
+        "height" | "height-measured" => view.maps.map("height-sigma"),
+        "disparity" => view.maps.map("sigma"),
+        _ => None,
+    };
+    sigma.map(|sigma| f64::from(sigma.at(x, y))).filter(|sigma| sigma.is_finite())
+}
+
 /// Columns that the line crosses, with a margin; those beside the pixel without a line.
 fn crossed(lines: &Lines, x: usize, line: Option<&Line>) -> (usize, usize) {
     let disparity_px = line.map_or(0.0, |line| line.disparity_px);
@@ -160,22 +176,11 @@ fn epi(volume: &Volume, y: usize, columns: std::ops::Range<usize>) -> Vec<f32> {
 }
 
 fn values(view: &ResultsView, x: usize, y: usize) -> Vec<Value> {
-    let sigma = |id: &str| match id {
-        "height" | "height-measured" => view.maps.map("height-sigma"),
-        "disparity" => view.maps.map("sigma"),
-        _ => None,
-    };
     let shown = view.maps.numbers().filter(|map| !map.id.ends_with("sigma"));
     let shown = shown.map(|map| {
         let value = map.value(x, y);
-        let sigma = sigma(map.id).map(|sigma| f64::from(sigma.at(x, y))).filter(|sigma| sigma.is_finite());
-        Value {
-            id: map.id,
-            title: map.title,
-            unit: map.unit,
-            value,
-            sigma: sigma.filter(|_| value.is_some()),
-        }
+        let sigma = sigma_at(view, map.id, x, y).filter(|_| value.is_some());
+        Value { id: map.id, title: map.title, unit: map.unit, value, sigma }
     });
     shown.collect()
 }
@@ -256,7 +261,7 @@ fn name(answer: Answer) -> &'static str {
     }
 }
 
-fn reason(answer: Answer) -> &'static str {
+pub(super) fn reason(answer: Answer) -> &'static str {
     match answer {
         Answer::Found => "one line fits",
         Answer::LeavesImage => "its line leaves the image in too many frames",

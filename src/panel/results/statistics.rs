@@ -27,6 +27,8 @@ pub(super) struct Statistics {
     /// beyond it. Small hollows are the result and must not be cut off.
     pub(super) low: f32,
     pub(super) high: f32,
+    /// Whether it was widened.
+    pub(super) widened: bool,
     /// The range of all values.
     pub(super) minimum: f32,
     pub(super) maximum: f32,
@@ -50,14 +52,24 @@ impl Statistics {
         let mut known: Vec<f32> = all().step_by(valid.div_ceil(MOST_PX).max(1)).collect();
         if known.is_empty() {
             let histogram = Histogram { low: 0.0, high: 1.0, counts: vec![0; BARS] };
-            return Self { valid, share_valid, low: 0.0, high: 1.0, minimum: 0.0, maximum: 1.0, histogram };
+            return Self {
+                valid,
+                share_valid,
+                low: 0.0,
+                high: 1.0,
+                widened: false,
+                minimum: 0.0,
+                maximum: 1.0,
+                histogram,
+            };
         }
         let last = known.len() - 1;
         let mut at = |share: f64| {
             let index = (last as f64 * share).round() as usize;
             *known.select_nth_unstable_by(index, f32::total_cmp).1
         };
-        let (low, high) = (at(TAIL), at(1.0 - TAIL));
+        let usual = (at(TAIL), at(1.0 - TAIL));
+        let (low, high) = usual;
         let step = (1..).find(|step| map.values().len() / (step * step) <= MOST_PX).unwrap_or(1);
         let coarse = (step > 1).then(|| every(map, step));
         let told = coarse.as_ref().unwrap_or(map);
@@ -66,16 +78,18 @@ impl Statistics {
         let high = -features(&told.map(|value| -value), feature, |value| value < -high).min(-high);
         let (minimum, maximum) =
             (all().fold(f32::INFINITY, f32::min), all().fold(f32::NEG_INFINITY, f32::max));
-        let histogram = Histogram::of(&known, low, high);
-        Self { valid, share_valid, low, high, minimum, maximum, histogram }
+        let histogram = Histogram::of(&known, low, high, (minimum, maximum));
+        let widened = (low, high) != usual;
+        Self { valid, share_valid, low, high, widened, minimum, maximum, histogram }
     }
 }
 
 impl Histogram {
-    /// Of `values` from half the range below `low` to half above `high`; values beyond are in the end bars.
-    fn of(values: &[f32], low: f32, high: f32) -> Self {
-        let reach = (0.5 * (high - low)).max(f32::MIN_POSITIVE);
-        let (low, high) = (low - reach, high + reach);
+    /// Of `values`, whose ends are `ends`, from half the range below `low` to half above `high`, as far as there
+    /// are any; values beyond are in the end bars.
+    fn of(values: &[f32], low: f32, high: f32, ends: (f32, f32)) -> Self {
+        let reach = 0.5 * (high - low);
+        let (low, high) = ((low - reach).max(ends.0), (high + reach).min(ends.1));
         let mut counts = vec![0; BARS];
         let scale = BARS as f32 / (high - low);
         for value in values {
@@ -153,6 +167,7 @@ mod tests {
         let found = Statistics::of(&map);
         assert_eq!(found.valid, 39_999);
         assert_eq!((found.low, found.minimum, found.maximum), (-3.0, -700.0, 900.0));
+        assert!(found.widened);
         assert!((0.99..=1.0).contains(&found.high), "{found:?}");
         assert_eq!(found.histogram.counts.iter().sum::<usize>(), 39_999);
     }
@@ -171,6 +186,16 @@ mod tests {
         assert_eq!((found.valid, found.minimum, found.maximum), (rows * columns - 1, -700.0, 1.0));
         assert_eq!(found.low, -3.0);
         assert!((0.99..=1.0).contains(&found.high), "{found:?}");
+    }
+
+    #[test]
+    fn values_at_the_end_of_a_map_are_not_beyond_its_range() {
+        // Three quarters are 0, as of a map of confidences, and the rest goes up to 1.
+        let values = (0..40_000).map(|index| (index % 200 - 150).max(0) as f32 / 49.0).collect();
+        let found = Statistics::of(&Grid::from_values(200, 200, values).unwrap());
+        assert_eq!((found.low, found.widened), (0.0, false));
+        assert_eq!((found.histogram.low, found.histogram.high), (0.0, 1.0));
+        assert!(found.histogram.counts[0] >= 30_000);
     }
 
     #[test]

@@ -17,6 +17,9 @@ use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Asked {
+    /// Which results are asked about; checked already.
+    #[serde(default, rename = "of")]
+    _of: Option<String>,
     /// Two corners, in px; `null` for the whole picture.
     region: Option<[usize; 4]>,
     /// Only pixels inside of this, too; `null` for all.

@@ -8,6 +8,7 @@ use tracing::{debug, warn};
 use super::epis::Epis;
 use super::frames::Frames;
 use super::maps::Maps;
+use crate::calibrate::CALIBRATION;
 use crate::memory::available;
 use crate::panel::PanelError;
 use crate::pipeline::{OpenedResults, PipelineError, half_frames, half_heights, halves_need, open_results};
@@ -15,17 +16,21 @@ use crate::results::ResultFiles;
 use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
-use epirig_data::storage::is_there;
+use epirig_data::storage::{is_there, read_file};
 use epirig_matcher::surface::HalfHeights;
 
 /// Name of the usual folder of results.
 pub(super) const RESULTS: &str = "results";
+/// The answers of `epirig surface` in a folder of results.
+pub(super) const SURFACE: &str = "surface/surface.json";
 
 /// A sequence with its results, ready to be looked at.
-pub struct ResultsView {
+pub(super) struct ResultsView {
     pub(super) sequence: Sequence,
     /// Folder of the results.
     pub(super) folder: PathBuf,
+    /// What tells these results from others.
+    pub(super) id: String,
     /// `None` if the sequence has not been matched, or its results are not those of its frames.
     pub(super) results: Option<OpenedResults>,
     /// Their surface; `None` if it has not been measured.
@@ -45,7 +50,9 @@ impl ResultsView {
     ///
     /// # Errors
     /// [`PanelError`] if the sequence or the results cannot be read, or do not belong together.
-    pub fn open(folder: &Path, results: Option<&Path>) -> Result<Self, PanelError> {
+    pub(super) fn open(folder: &Path, results: Option<&Path>) -> Result<Self, PanelError> {
+        // Of files that change meanwhile the new ones are read, and found to be others with the next question.
+        let id = Self::id_of(folder, results);
         let sequence = Sequence::open(folder)?;
         sequence.check_records()?;
         let usual = folder.join(RESULTS);
@@ -66,6 +73,7 @@ impl ResultsView {
         Ok(Self {
             sequence,
             folder,
+            id,
             results: opened,
             unfit,
             surface,
@@ -76,18 +84,29 @@ impl ResultsView {
         })
     }
 
-    /// Name of the sequence.
-    pub(in crate::panel) fn name(&self) -> String {
-        self.sequence.name()
+    /// What tells the results on disk from others: a hash of their place and of the records that are written with
+    /// them.
+    pub(super) fn id_of(folder: &Path, results: Option<&Path>) -> String {
+        /// Of a record; a larger one cannot be opened.
+        const LARGEST: u64 = 64 << 20;
+        let usual = folder.join(RESULTS);
+        let results = results.unwrap_or(&usual);
+        let mut hash = blake3::Hasher::new();
+        hash.update(folder.as_os_str().as_encoded_bytes());
+        for path in [results.join("match.json"), results.join(SURFACE), folder.join(CALIBRATION)] {
+            let bytes = read_file(&path, LARGEST).unwrap_or_default();
+            hash.update(blake3::hash(&bytes).as_bytes());
+        }
+        hash.finalize().to_hex()[..16].to_owned()
     }
 
     /// Why the results in the usual folder are not shown, if they do not fit the sequence.
-    pub fn unfit(&self) -> Option<&str> {
+    pub(super) fn unfit(&self) -> Option<&str> {
         self.unfit.as_deref()
     }
 
-    /// Reads the frames in the background, so that EPIs are there at once when they are asked for.
-    pub fn read_ahead(&self) {
+    /// Reads the frames in the background.
+    pub(super) fn read_ahead(&self) {
         let epis = Arc::clone(&self.epis);
         if let Err(error) = std::thread::Builder::new().spawn(move || epis.read()) {
             debug!(%error, "EPIs are read when they are asked for");

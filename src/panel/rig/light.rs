@@ -70,26 +70,42 @@ fn light(frame: &Frame, peak: &mut f64) -> LightState {
     }
 }
 
-/// Mean light of the four corners over that of the centre: what vignetting does to a uniform target.
+/// Parts of a picture, each way, whose light is compared.
+const PARTS: usize = 10;
+/// Largest standard deviation of the samples of a part, as a share of their mean, of a uniform target. A lens that
+/// lets half of the light through at the edge changes it by at most a fifth within a part, which is 6 %; noise of
+/// 8 % on top makes 10 %. Texture and dark ground have several times that.
+const UNIFORM: f64 = 0.1;
+
+/// Mean light of the four corners over that of the centre: the vignetting, where the picture is that of a uniform
+/// target. Of another picture it tells nothing: dark corners may be the ground behind an object.
 fn corners(frame: &Frame) -> Option<f64> {
-    /// Side of a corner, as a share of the picture's.
-    const SHARE: usize = 10;
     let (rows, columns) = (frame.rows(), frame.columns());
-    let (high, wide) = ((rows / SHARE).max(1), (columns / SHARE).max(1));
-    let mean = |top: usize, left: usize| {
-        let row = |y: usize| -> f64 {
+    let (high, wide) = ((rows / PARTS).max(1), (columns / PARTS).max(1));
+    // Mean of a part, and whether it is that of a uniform target.
+    let part = |top: usize, left: usize| {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for y in top..top + high {
             let (from, to) = (y * columns + left, y * columns + left + wide);
+            let mut add = |value: f64| (sum, squares) = (sum + value, squares + value * value);
             match frame.samples() {
-                Samples::U8(samples) => samples[from..to].iter().map(|&value| f64::from(value)).sum(),
-                Samples::U16(samples) => samples[from..to].iter().map(|&value| f64::from(value)).sum(),
+                Samples::U8(samples) => samples[from..to].iter().for_each(|&value| add(f64::from(value))),
+                Samples::U16(samples) => samples[from..to].iter().for_each(|&value| add(f64::from(value))),
             }
-        };
-        (top..top + high).map(row).sum::<f64>() / (high * wide) as f64
+        }
+        let count = (high * wide) as f64;
+        let mean = sum / count;
+        let variance = (squares / count - mean * mean).max(0.0);
+        (mean, mean > 0.0 && variance.sqrt() <= UNIFORM * mean)
     };
     let (bottom, right) = (rows - high, columns - wide);
-    let outside = (mean(0, 0) + mean(0, right) + mean(bottom, 0) + mean(bottom, right)) / 4.0;
-    let centre = mean(bottom / 2, right / 2);
-    (centre > 0.0).then(|| outside / centre)
+    let at = |index: usize, last: usize| index * last / (PARTS - 1);
+    let all = (0..PARTS * PARTS).map(|index| part(at(index / PARTS, bottom), at(index % PARTS, right)));
+    let means: Vec<f64> = all.map(|(mean, uniform)| uniform.then_some(mean)).collect::<Option<_>>()?;
+    let last = PARTS - 1;
+    let outside =
+        [0, last, last * PARTS, last * PARTS + last].iter().map(|&corner| means[corner]).sum::<f64>();
+    Some(0.25 * outside / part(bottom / 2, right / 2).0)
 }
 
 #[cfg(test)]
@@ -110,6 +126,12 @@ mod tests {
         assert!((corners(&frame).unwrap() - expected).abs() < 1e-3, "{:?}", corners(&frame));
         let black = Frame::new(2, 2, 8, Samples::U8(vec![0; 4])).unwrap();
         assert_eq!(corners(&black), None);
+        // A bright object before black ground, and one that fills the picture with texture: no vignetting is seen.
+        let object = |index: usize| if (10..30).contains(&(index % 41)) { 1000 } else { 3 };
+        let texture = |index: usize| if index % 3 == 0 { 200 } else { 1000 };
+        for samples in [(0..20 * 41).map(object).collect(), (0..20 * 41).map(texture).collect()] {
+            assert_eq!(corners(&Frame::new(20, 41, 12, Samples::U16(samples)).unwrap()), None);
+        }
         let mut peak = 0.0;
         light(&frame, &mut peak);
         assert!(peak > 0.0);

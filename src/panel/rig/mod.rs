@@ -10,19 +10,33 @@ mod stage;
 use std::io;
 use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
 
 use super::shared::Shared;
 
 pub(super) use controls::controls;
 pub(super) use profile::{FormMistake, change_profile, profile_form, save_profile};
 
-/// Starts the thread that owns the rig, and the one that looks at its pictures.
+/// Starts the thread that owns the rig, the one that looks at its pictures, and the one that frees the control of
+/// pages that have gone.
 ///
 /// # Errors
 /// What the system says if it allows no threads.
 pub(super) fn start(shared: &Arc<Shared>) -> io::Result<Vec<JoinHandle<()>>> {
-    let (owned, watched) = (Arc::clone(shared), Arc::clone(shared));
-    let watcher = Builder::new().spawn(move || light::watch(&watched))?;
-    let owner = Builder::new().spawn(move || owner::own(&owned)).inspect_err(|_| shared.end())?;
-    Ok(vec![owner, watcher])
+    let works: [fn(&Arc<Shared>); 3] = [light::watch, |shared| free_control(shared), owner::own];
+    let begin = |work: fn(&Arc<Shared>)| {
+        let shared = Arc::clone(shared);
+        Builder::new().spawn(move || work(&shared))
+    };
+    works.into_iter().map(begin).collect::<io::Result<_>>().inspect_err(|_| shared.end())
+}
+
+/// Frees the control of pages that have gone, until the panel ends.
+fn free_control(shared: &Shared) {
+    /// Time between two looks.
+    const LOOK: Duration = Duration::from_millis(250);
+    while !shared.is_ending() {
+        shared.control(|controller| controller.release(Instant::now()));
+        std::thread::sleep(LOOK);
+    }
 }

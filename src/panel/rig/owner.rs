@@ -28,14 +28,34 @@ pub(super) fn own(shared: &Arc<Shared>) {
         };
         match RigStage::of(&profile) {
             Ok(source) => Owner::new(shared, &profile, source).work(),
-            Err(error) => {
-                shared.fail(error.to_string());
-                let why = Some(error.to_string());
-                shared.change(|state| (state.stage.state, state.stage.error) = (Presence::Lost, why));
-                while !matches!(shared.mailbox.take(IDLE), Some(Order::Connect | Order::End)) {}
-            }
+            Err(error) => without_stage(shared, &error.to_string()),
         }
     }
+}
+
+/// Waits for another profile where this one has no stage that could be connected.
+fn without_stage(shared: &Shared, why: &str) {
+    shared.fail(why);
+    shared.change(|state| (state.stage.state, state.stage.error) = (Presence::Lost, Some(why.to_owned())));
+    loop {
+        match shared.mailbox.take(IDLE) {
+            None => {}
+            Some(Order::End) => return,
+            Some(order @ (Order::Connect | Order::Use { .. })) => return begin_anew(shared, order),
+            Some(Order::SetControl { reply, .. }) => reply.give(Err(why.to_owned())),
+            // Nothing moves, and nothing can be done.
+            Some(_) => shared.stands(),
+        }
+    }
+}
+
+/// Obeys an order to open stage and camera anew, as far as that can be done before they are opened.
+fn begin_anew(shared: &Shared, order: Order) {
+    if let Order::Use { draft, reply } = order {
+        shared.use_draft(*draft);
+        reply.give(Ok(()));
+    }
+    shared.end_task();
 }
 
 struct Owner<'a> {
@@ -67,7 +87,7 @@ impl<'a> Owner<'a> {
             self.stage.open();
             let patience = if self.camera.is_busy() { Duration::ZERO } else { IDLE };
             match self.shared.mailbox.take(patience) {
-                Some(Order::Connect) => return self.shared.end_task(),
+                Some(order @ (Order::Connect | Order::Use { .. })) => return begin_anew(self.shared, order),
                 Some(Order::End) => return,
                 Some(order) => self.obey(order),
                 None => self.camera.pump(),
@@ -113,7 +133,7 @@ impl<'a> Owner<'a> {
                 self.shared.end_task();
             }
             // The loop ends with these.
-            Order::Connect | Order::End => {}
+            Order::Connect | Order::Use { .. } | Order::End => {}
         }
     }
 

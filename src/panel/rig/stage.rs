@@ -183,7 +183,7 @@ impl<'a> StageSide<'a> {
         match kind {
             TaskKind::Homing => self.shared.note("the stage is homed"),
             TaskKind::Moving | TaskKind::Jogging => {
-                self.shared.note(format!("the stage is at {at_mm:.4} mm"));
+                self.shared.note(format!("the stage has moved to {at_mm:.4} mm"));
             }
             _ => {}
         }
@@ -249,11 +249,7 @@ impl<'a> StageSide<'a> {
             self.shared.fail(format!("stage: {error}"));
         }
         self.shared.stage_stop().release();
-        self.shared.change(|state| {
-            state.stopping = false;
-            // An order that was waiting was forgotten, and its task with it.
-            state.task.take_if(|task| task.kind != TaskKind::Measuring);
-        });
+        self.shared.stands();
         self.refresh();
     }
 }

@@ -1,12 +1,14 @@
 //! From a sequence to its results, as `epirig run` does after the scan.
 
-use std::path::Path;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::notes::Notes;
 use crate::memory::available;
 use crate::panel::error::PanelError;
 use crate::panel::shared::Shared;
+use crate::panel::state::TaskKind;
 use crate::pipeline::{
     Frames, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, half_heights, inspect_surface,
     match_need, measure as match_sequence, open_results, steps_options,
@@ -18,9 +20,48 @@ use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
 use epirig_matcher::surface::TrendKind;
 
+/// Begins to measure the sequence `name` in `folder`, in a thread of its own. STOP ends it.
+///
+/// # Errors
+/// [`PanelError::Busy`] if the rig is doing something else; [`PanelError::Threads`].
+pub(in crate::panel) fn begin_measurement(
+    shared: &Arc<Shared>,
+    name: &str,
+    folder: PathBuf,
+) -> Result<(), PanelError> {
+    if !shared.begin(TaskKind::Measuring, format!("measuring with {name}"), None) {
+        return Err(PanelError::Busy("the rig is busy; measure afterwards".to_owned()));
+    }
+    let (shared, name) = (Arc::clone(shared), name.to_owned());
+    let ended = Arc::clone(&shared);
+    let work = move || {
+        // What unwinds leaves scratch files to be removed, and the former results where they are.
+        let measured = catch_unwind(AssertUnwindSafe(|| measure(&shared, &folder)));
+        let stopped = shared.look(|state| state.task.as_ref().is_some_and(|task| task.stops));
+        shared.end_task();
+        match measured {
+            Ok(Ok(())) => {
+                shared.note(format!("{name} is measured"));
+                shared.change(|state| {
+                    let scan = state.scan.as_mut().filter(|scan| scan.name == name);
+                    scan.map(|scan| scan.measured = true)
+                });
+            }
+            Ok(Err(error)) => shared.fail(error.to_string()),
+            Err(_) if stopped => shared.note(format!("the measurement of {name} was stopped")),
+            Err(_) => shared.fail(format!("the measurement of {name} broke off; this is a fault of epirig")),
+        }
+    };
+    if let Err(error) = std::thread::Builder::new().spawn(work) {
+        ended.end_task();
+        return Err(PanelError::Threads(error));
+    }
+    Ok(())
+}
+
 /// Calibrates the sequence in `folder` if its rig gives anything to calibrate with, matches it, and analyses its
 /// surface. Results that were there are replaced.
-pub(in crate::panel) fn measure(shared: &Arc<Shared>, folder: &Path) -> Result<(), PanelError> {
+fn measure(shared: &Arc<Shared>, folder: &Path) -> Result<(), PanelError> {
     let (sequence, notes) = (Sequence::open(folder)?, Notes(shared));
     sequence.check_closed()?;
     sequence.check_records()?;

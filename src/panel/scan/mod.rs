@@ -3,6 +3,7 @@
 mod assistant;
 mod live;
 mod measure;
+mod name;
 mod notes;
 mod plan;
 mod run;
@@ -11,9 +12,10 @@ mod target;
 mod watcher;
 
 pub(in crate::panel) use live::live_map;
-pub(in crate::panel) use measure::measure;
+pub(in crate::panel) use measure::begin_measurement;
+pub(in crate::panel) use name::why_no_name;
 pub(in crate::panel) use notes::Notes;
 pub(in crate::panel) use plan::plan;
 pub(in crate::panel) use run::{ScanRun, run_scan};
 pub(in crate::panel) use sequences::{folder_of, sequences};
-pub(in crate::panel) use target::{find_target, has_target};
+pub(in crate::panel) use target::{find_target, has_target, shows_board};

@@ -5,15 +5,30 @@ use std::sync::Arc;
 use crate::panel::shared::Shared;
 use epirig_core::progress::Progress;
 
-/// Shows progress as the task in hand, and notes in the log.
+/// Shows progress as the task in hand, and notes in the log. A measurement that is to stop ends here: work reports
+/// its progress from all its threads, and unwinding brings all of them to an end.
 pub(in crate::panel) struct Notes<'a>(pub(in crate::panel) &'a Arc<Shared>);
+
+/// What unwinds when a measurement is to stop.
+struct Stopped;
+
+impl Notes<'_> {
+    fn check(&self) {
+        if self.0.look(|state| state.task.as_ref().is_some_and(|task| task.stops)) {
+            // Unlike a panic this is no fault, and is not told as one.
+            std::panic::resume_unwind(Box::new(Stopped));
+        }
+    }
+}
 
 impl Progress for Notes<'_> {
     fn begin(&self, what: &str, total: u64) {
+        self.check();
         self.0.task(|task| (task.step, task.done, task.of) = (Some(what.to_owned()), Some(0), Some(total)));
     }
 
     fn advance(&self, count: u64) {
+        self.check();
         // The page is told a hundred times at most: rows are counted, and there are thousands.
         let told = self.0.look(|state| {
             let task = state.task.as_ref()?;

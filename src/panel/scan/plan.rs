@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use super::name::{NAME_RULE, NameRule};
 use crate::capture::CapturePlan;
 use crate::panel::error::PanelError;
 use crate::panel::shared::Shared;
@@ -14,6 +15,7 @@ use epirig_data::storage::{free_bytes, is_there};
 #[derive(Serialize)]
 pub(in crate::panel) struct Planned {
     name: String,
+    names: NameRule,
     folder: String,
     frames: usize,
     start_mm: f64,
@@ -41,6 +43,7 @@ pub(in crate::panel) fn plan(shared: &Arc<Shared>) -> Result<Planned, PanelError
     let needs_bytes = Some(frame_bytes.saturating_mul((frames + others) as u64)).filter(|bytes| *bytes > 0);
     Ok(Planned {
         name: free_name(shared),
+        names: NAME_RULE,
         folder: shared.folder.display().to_string(),
         frames,
         start_mm: profile.plan.start_mm,

@@ -165,7 +165,7 @@ fn live_map(run: &ScanRun<'_>, profile: &Profile, plan: &CapturePlan) -> LiveMap
             let Some(scan) = state.scan.as_mut().filter(|scan| scan.name == name) else { return };
             let number = scan.map.as_ref().map_or(1, |map| map.number + 1);
             scan.map = Some(LiveMapState { number, frames, sigma_px, sigma_mm });
-            scan.course.push((frames, sigma_px));
+            scan.has_sigma(frames, sigma_px);
         });
     })
 }

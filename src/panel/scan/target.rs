@@ -13,6 +13,11 @@ pub(in crate::panel) fn has_target(shared: &Shared) -> bool {
     shared.draft().profile().is_ok_and(|profile| profile.board.is_some() || profile.target.print.is_some())
 }
 
+/// Whether a simulated camera can be shown the chess-board that is held by hand.
+pub(in crate::panel) fn shows_board(shared: &Shared) -> bool {
+    shared.draft().profile().is_ok_and(|profile| profile.board.is_some())
+}
+
 /// The board of the profile in `frame`: the one held by hand, or else those on the object. With `covers`, its
 /// corners count as seen. `None` if the profile describes no board.
 pub(in crate::panel) fn find_target(

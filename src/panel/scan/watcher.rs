@@ -115,6 +115,10 @@ impl ScanWatcher for Watcher<'_> {
             });
             if let Some(scan) = &mut state.scan {
                 scan.held_by = holder.into_iter().collect();
+                if part.is_some() {
+                    // Nobody knows when it comes back.
+                    scan.seconds_left = None;
+                }
             }
             match part {
                 Some(Awaited::Camera) => state.camera.state = Presence::Lost,

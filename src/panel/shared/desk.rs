@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::control::Controller;
 use super::coverage::Coverage;
@@ -134,13 +134,20 @@ impl Shared {
         self.change(|state| state.log(LogKind::Error, words));
     }
 
-    /// Begins a task, unless there is one: returns whether it has begun.
-    pub(in crate::panel) fn begin(&self, kind: TaskKind, words: impl Into<String>) -> bool {
+    /// Begins a task, with an order to the owner of the rig if it needs one, unless there is a task or a stop:
+    /// returns whether it has begun.
+    pub(in crate::panel) fn begin(
+        &self,
+        kind: TaskKind,
+        words: impl Into<String>,
+        order: Option<Order>,
+    ) -> bool {
         self.change(|state| {
-            let free = state.task.is_none();
+            let free = state.task.is_none() && !state.stopping;
             if free {
-                let words = words.into();
-                state.task = Some(Task { kind, words, step: None, done: None, of: None, seconds_left: None });
+                state.task = Some(Task::begun(kind, words.into()));
+                // The state is held, so that a stop comes before both or after both.
+                order.into_iter().for_each(|order| self.mailbox.put(order));
             }
             free
         })
@@ -163,6 +170,14 @@ impl Shared {
 
     pub(in crate::panel) fn end_task(&self) {
         self.change(|state| state.task = None);
+    }
+
+    /// Nothing moves: a stop is over. An order that was waiting was forgotten, and its task with it.
+    pub(in crate::panel) fn stands(&self) {
+        self.change(|state| {
+            state.stopping = false;
+            state.task.take_if(|task| task.kind != TaskKind::Measuring);
+        });
     }
 
     /// The switch of the stage that is connected now. A stop that was asked for meanwhile holds for it, too.
@@ -194,7 +209,8 @@ impl Shared {
         self.change(|state| state.scan.as_mut().map(ScanState::pausing));
     }
 
-    /// Stops whatever moves: the first time softly, the second time at once. A scan is paused.
+    /// Stops whatever moves: the first time softly, the second time at once. A scan is paused, a measurement
+    /// ends.
     pub(in crate::panel) fn stop(&self) {
         self.jog.release_all();
         let switch = self.stage_stop();
@@ -203,11 +219,13 @@ impl Shared {
         self.pause();
         self.change(|state| {
             state.stopping = true;
+            if let Some(task) = state.task.as_mut().filter(|task| task.kind == TaskKind::Measuring) {
+                task.stops = true;
+            }
+            self.mailbox.clear();
+            self.mailbox.put(Order::Stopped);
             state.log(LogKind::Warning, "STOP was pressed");
         });
-        // Last: the owner ends the state of stopping.
-        self.mailbox.clear();
-        self.mailbox.put(Order::Stopped);
     }
 
     /// A person answers what the scan asks.
@@ -252,21 +270,19 @@ impl Shared {
 
     /// Whether the page `client` has control; the first one to ask gets it.
     pub(in crate::panel) fn may(&self, client: &str) -> bool {
-        let (may, holder) = held(&self.controller).asks(client);
-        self.tell_controller(holder);
-        may
+        self.control(|controller| controller.asks(client, Instant::now()))
     }
 
-    /// The page `client` takes control.
-    pub(in crate::panel) fn take_control(&self, client: &str) {
-        let holder = held(&self.controller).takes(client);
-        self.tell_controller(holder);
-    }
-
-    fn tell_controller(&self, holder: String) {
-        if self.look(|state| state.controller.as_ref() != Some(&holder)) {
-            self.change(|state| state.controller = Some(holder));
+    /// Asks who has control, or changes it, and tells everybody of a change.
+    pub(in crate::panel) fn control<T>(&self, change: impl FnOnce(&mut Controller) -> T) -> T {
+        // The state is told while the controller is held: of two changes the later one is told last.
+        let mut controller = held(&self.controller);
+        let done = change(&mut controller);
+        let holder = controller.holder().map(str::to_owned);
+        if self.look(|state| state.controller != holder) {
+            self.change(|state| state.controller = holder);
         }
+        done
     }
 
     /// Asks the threads to end: a scan after its frame, the second time at once.
@@ -299,5 +315,45 @@ impl Onlooker for Shared {
 
     fn see(&self, frame: &Frame) {
         self.pictures.put(frame.clone());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct NoHooks;
+
+    impl PanelHooks for NoHooks {}
+
+    fn shared() -> Shared {
+        let draft = Draft::read("", "rig.toml", &[]).unwrap();
+        Shared::new(draft, "rig.toml".to_owned(), PathBuf::new(), PathBuf::new(), Box::new(NoHooks))
+    }
+
+    #[test]
+    fn a_stop_forgets_the_orders_before_it_and_refuses_others_until_the_stage_stands() {
+        let shared = shared();
+        let next = || shared.mailbox.take(Duration::ZERO);
+        assert!(shared.begin(TaskKind::Homing, "homing", Some(Order::Home)));
+        shared.stop();
+        assert!(matches!(next(), Some(Order::Stopped)), "the order before it is forgotten");
+        shared.look(|state| assert!(state.stopping));
+        assert!(!shared.begin(TaskKind::Homing, "homing", Some(Order::Home)));
+        assert!(next().is_none(), "an order that is refused is not carried out");
+        shared.stands();
+        assert!(shared.begin(TaskKind::Homing, "homing", Some(Order::Home)));
+        assert!(matches!(next(), Some(Order::Home)));
+    }
+
+    #[test]
+    fn a_stop_ends_a_measurement_and_no_other_task() {
+        for (kind, stops) in [(TaskKind::Measuring, true), (TaskKind::Scan, false), (TaskKind::Doctor, false)]
+        {
+            let shared = shared();
+            assert!(shared.begin(kind, "at work", None));
+            shared.stop();
+            shared.look(|state| assert_eq!(state.task.as_ref().unwrap().stops, stops, "{kind:?}"));
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use crate::profile::Draft;
 use epirig_devices::camera::SimView;
 
 /// Where the owner of the rig answers an order.
@@ -27,8 +28,11 @@ impl Reply {
 /// What the owner of the rig is to do.
 #[derive(Debug, Clone)]
 pub(in crate::panel) enum Order {
-    /// Open stage and camera anew, with the profile that is in use.
+    /// Open stage and camera anew.
     Connect,
+    /// Use another profile from now on: it comes with the order, so that no other thread can see the one without
+    /// the other.
+    Use { draft: Box<Draft>, reply: Reply },
     /// Home the stage.
     Home,
     /// Move to a position, in mm from home.

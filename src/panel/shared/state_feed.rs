@@ -1,6 +1,7 @@
 //! The state as it is sent to a page: whole, and no more often than a person can follow.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::desk::Shared;
 use epirig_server::{Bell, Feed, Message};
@@ -8,12 +9,24 @@ use epirig_server::{Bell, Feed, Message};
 /// The state for one page.
 pub(in crate::panel) struct StateFeed {
     shared: Arc<Shared>,
+    /// The page that follows it, if it has told its name.
+    client: Option<String>,
     sent: Option<String>,
 }
 
 impl StateFeed {
-    pub(in crate::panel) fn new(shared: Arc<Shared>) -> Self {
-        Self { shared, sent: None }
+    pub(in crate::panel) fn new(shared: Arc<Shared>, client: Option<&str>) -> Self {
+        let client = client.map(str::to_owned);
+        client.iter().for_each(|client| shared.control(|controller| controller.comes(client)));
+        Self { shared, client, sent: None }
+    }
+}
+
+impl Drop for StateFeed {
+    fn drop(&mut self) {
+        if let Some(client) = &self.client {
+            self.shared.control(|controller| controller.goes(client, Instant::now()));
+        }
     }
 }
 

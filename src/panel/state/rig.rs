@@ -71,6 +71,15 @@ pub(in crate::panel) struct Task {
     pub(in crate::panel) of: Option<u64>,
     /// Time left, in s.
     pub(in crate::panel) seconds_left: Option<f64>,
+    /// A measurement ends at its next step: STOP was pressed.
+    pub(in crate::panel) stops: bool,
+}
+
+impl Task {
+    /// A task that begins now.
+    pub(in crate::panel) fn begun(kind: TaskKind, words: String) -> Self {
+        Self { kind, words, step: None, done: None, of: None, seconds_left: None, stops: false }
+    }
 }
 
 /// Whether a part of the rig is there.

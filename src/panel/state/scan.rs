@@ -49,7 +49,7 @@ pub(in crate::panel) struct ScanState {
     pub(in crate::panel) free_bytes: Option<u64>,
     /// The latest live map.
     pub(in crate::panel) map: Option<LiveMapState>,
-    /// Frames and median sigma, in px, of each live map.
+    /// Frames and median sigma, in px, of the live maps: one for each number of frames, in their order.
     pub(in crate::panel) course: Vec<(usize, f64)>,
     /// Whether there are results.
     pub(in crate::panel) measured: bool,
@@ -75,6 +75,14 @@ impl ScanState {
             map: None,
             course: Vec::new(),
             measured: false,
+        }
+    }
+
+    /// A live map of so many frames has this median sigma, in px. After a pause maps begin with few frames again.
+    pub(in crate::panel) fn has_sigma(&mut self, frames: usize, sigma_px: f64) {
+        match self.course.binary_search_by_key(&frames, |known| known.0) {
+            Ok(place) => self.course[place].1 = sigma_px,
+            Err(place) => self.course.insert(place, (frames, sigma_px)),
         }
     }
 
@@ -144,4 +152,22 @@ pub(in crate::panel) struct LiveMapState {
     pub(in crate::panel) sigma_px: f64,
     /// The same as a height, in mm.
     pub(in crate::panel) sigma_mm: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_course_of_sigma_does_not_run_back_after_a_pause() {
+        let mut scan = ScanState::begun("scan-001", String::new(), 40, 0);
+        for (frames, sigma_px) in [(5, 0.4), (12, 0.2), (19, 0.1)] {
+            scan.has_sigma(frames, sigma_px);
+        }
+        // The frames before the pause are read again.
+        for (frames, sigma_px) in [(3, 0.6), (12, 0.21), (19, 0.1), (25, 0.08)] {
+            scan.has_sigma(frames, sigma_px);
+        }
+        assert_eq!(scan.course, [(3, 0.6), (5, 0.4), (12, 0.21), (19, 0.1), (25, 0.08)]);
+    }
 }

@@ -2,7 +2,7 @@ import { BarStatus } from '../rig/BarStatus';
 import { SequenceMenu } from '../rig/SequenceList';
 import { StageWords } from '../rig/StageWords';
 import { StopButton } from '../rig/StopButton';
-import { copyLink, keySheetOpen, notice, openReport } from '../store/actions';
+import { copyLink, keySheetOpen, openReport } from '../store/actions';
 import { results } from '../store/results';
 import { mode, view, type ViewName } from '../store/route';
 import { hashOf, select, showView } from '../store/selection';
@@ -46,7 +46,7 @@ function ResultButtons() {
   const shown = mode.value === 'ui' ? view.value === 'results' && results.value : true;
   if (!shown) return null;
   return (
-    <>
+    <span class="result-buttons">
       <button type="button" onClick={() => void copyLink()}>
         Copy link
       </button>
@@ -58,7 +58,7 @@ function ResultButtons() {
       <button type="button" class="bar-download" onClick={() => select({ panel: 'downloads' })}>
         Download
       </button>
-    </>
+    </span>
   );
 }
 
@@ -75,16 +75,13 @@ function Sequence() {
 export function AppBar() {
   const ui = mode.value === 'ui';
   return (
-    <header class={`bar ${ui ? 'with-rig' : ''}`}>
+    <header class={`bar ${ui ? 'with-rig' : ''}`} data-view={view.value}>
       <strong class="brand">epirig</strong>
       <Tabs />
       <Sequence />
       {ui && <BarStatus />}
-      <span class="notice" role="status" aria-label="Notice">
-        {notice.value}
-      </span>
+      <ResultButtons />
       <span class="bar-buttons">
-        <ResultButtons />
         <button type="button" onClick={() => (themeChoice.value = NEXT[themeChoice.value])}>
           <span class={ui ? 'long' : ''}>Theme: </span>
           {themeChoice.value}

@@ -6,7 +6,9 @@ import { field, shownColours, shownRange, type Field } from '../map/field';
 import { handleMoves } from '../map/handle';
 import { unitOf } from '../store/results';
 import { select, selection } from '../store/selection';
+import { clipMarks } from '../store/settings';
 import { NumberField } from './NumberField';
+import { ClipSwitch } from './ClipSwitch';
 import { CodeLegend } from './CodeLegend';
 
 /** The bar spans the shown range and some more, so that handles can be pulled outwards. */
@@ -115,7 +117,7 @@ function RangeMenu({ shown }: { shown: Field }) {
       }}
     >
       <option value="auto">{shown.autoName}</option>
-      <option value="full">full</option>
+      {(shown.low !== shown.minimum || shown.high !== shown.maximum) && <option value="full">full</option>}
       <option value="hand">by hand</option>
     </select>
   );
@@ -126,6 +128,7 @@ export function ColourBar() {
   if (!shown) return null;
   if (shown.codes) return <CodeLegend mapId={shown.id} codes={shown.codes} />;
   const range = shownRange.value;
+  const marks = clipMarks.value === 'on';
   const span = spanOf(shown, range.low, range.high);
   const { label, factor } = unitOf(shown.unit);
   const beyond = shown.histogram && sharesBeyond(shown.histogram, range.low, range.high);
@@ -148,7 +151,7 @@ export function ColourBar() {
     <div class="colour-bar" role="group" aria-label={`Range of ${shown.title}`}>
       {ends('high')}
       <div class="scale">
-        <div class="stripes over" style={{ height: `${100 - top}%` }} />
+        {marks && <div class="stripes over" style={{ height: `${100 - top}%` }} />}
         <div
           class="colours"
           style={{
@@ -157,7 +160,7 @@ export function ColourBar() {
             background: cssGradient(shownColours.value, 'top'),
           }}
         />
-        <div class="stripes under" style={{ height: `${bottom}%` }} />
+        {marks && <div class="stripes under" style={{ height: `${bottom}%` }} />}
         <svg viewBox="0 0 100 100" preserveAspectRatio="none" aria-hidden="true">
           <path d={histogramPath(shown, span)} />
         </svg>
@@ -173,6 +176,8 @@ export function ColourBar() {
           over {percent(beyond.over)}
         </p>
       )}
+      <ClipSwitch />
+      {shown.autoNote && selection.value.range.mode === 'auto' && <p class="beyond">{shown.autoNote}</p>}
       {shown.scale === 'log' && <p class="beyond">log scale</p>}
     </div>
   );

@@ -23,6 +23,8 @@ export interface CurveProps {
   band?: [upper: number, lower: number];
   /** A vertical line and a band around it, in units of x. */
   mark?: { at: number; half: number } | null;
+  /** Whether y is logarithmic: for values above 0. */
+  log?: boolean;
   height?: number;
   /** Index of the nearest point while the pointer is over the plot, else null. */
   onCursor?: (index: number | null) => void;

@@ -1,10 +1,13 @@
 import { useState } from 'preact/hooks';
 import { editable, readNumber } from '../format/number';
+import { markUsed } from '../store/notices';
 
 interface Props {
   label: string;
   value: number;
   onChange: (value: number) => void;
+  /** What Enter does besides. */
+  onEnter?: (value: number) => void;
   minimum?: number;
   maximum?: number;
   step?: number;
@@ -23,10 +26,11 @@ export function NumberField(props: Props) {
   const { label, value, onChange, minimum = -Infinity, maximum = Infinity, step = 1, unit } = props;
   const [typed, setTyped] = useState<string | null>(null);
   const set = (next: number): void => onChange(Math.min(Math.max(next, minimum), maximum));
-  const take = (): void => {
+  const take = (): number | null => {
     const next = typed === null ? null : readNumber(typed);
     setTyped(null);
     if (next !== null) set(next);
+    return next;
   };
   return (
     <label class="number">
@@ -49,9 +53,15 @@ export function NumberField(props: Props) {
         disabled={props.disabled}
         value={typed ?? editable(value, props.span)}
         onInput={(event) => setTyped(event.currentTarget.value)}
-        onBlur={take}
+        onBlur={(event) => {
+          markUsed(event.currentTarget);
+          take();
+        }}
         onKeyDown={(event) => {
-          if (event.key === 'Enter') take();
+          if (event.key === 'Enter') {
+            const next = take() ?? value;
+            props.onEnter?.(Math.min(Math.max(next, minimum), maximum));
+          }
           if (event.key === 'ArrowUp' || event.key === 'ArrowDown') {
             event.preventDefault();
             setTyped(null);

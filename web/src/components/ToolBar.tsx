@@ -23,7 +23,7 @@ function MapMenu() {
     >
       {maps.map((map) => (
         <option key={map.id} value={map.id}>
-          {map.unit ? `${map.title} (${map.unit})` : map.title}
+          {map.title}
         </option>
       ))}
       {held && <option value="difference">Difference to {held.other}</option>}

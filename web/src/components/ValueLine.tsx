@@ -1,51 +1,63 @@
-import { measured, significant, spoken } from '../format/number';
-import { codesOf } from '../colours/codes';
-import { field } from '../map/field';
-import { handleOf, tilesCome } from '../map/handle';
-import { pixel } from '../store/questions';
+import type { OneValue } from '../api';
+import { measured, plainly, spoken } from '../format/number';
+import { field, type Field } from '../map/field';
+import type { Pin } from '../store/hash';
+import type { Answered } from '../store/latest';
+import { atPin, atPointer, pixelOf } from '../store/questions';
 import { unitOf } from '../store/results';
 import { hover, selection } from '../store/selection';
 
-/** The value at the pin as text, shown and spoken. */
-function pinned(): { text: string; spoken: string } {
-  const { pin: at, map } = selection.value;
-  if (!at) return { text: 'Click the map to set the pin', spoken: 'no pin set' };
-  const place = `(${at.x}, ${at.y})`;
-  const { value: reply, of, error } = pixel.state.value;
-  if (error) return { text: `${place}: ${error}`, spoken: `${place}: ${error}` };
-  if (!reply || of?.x !== at.x || of.y !== at.y) return { text: `${place} \u2026`, spoken: '' };
-  const { head } = reply;
-  const shown = head.values.find(({ id }) => id === map) ?? head.values[0];
-  if (!shown || shown.value === null) {
-    return { text: `${place}  no value: ${head.reason}`, spoken: `${place} no value: ${head.reason}` };
-  }
-  const code = codesOf(shown.id)?.find((one) => one.code === shown.value);
-  if (code) return { text: `${place}  ${code.words}`, spoken: `${place} ${code.words}` };
+interface Texts {
+  text: string;
+  spoken: string;
+}
+
+const alike = (text: string): Texts => ({ text, spoken: text });
+
+/** The value of what is shown at a pixel, with its unit, and as many digits as it has. */
+function valued(shown: Field, value: number, sigma: number | null): Texts {
+  const code = shown.codes?.find((one) => one.code === value);
+  if (code) return alike(code.words);
   const { label, factor } = unitOf(shown.unit);
-  const sigma = shown.sigma === null ? null : shown.sigma * factor;
+  const after = label ? ` ${label}` : '';
+  if (sigma === null) return alike(`${plainly(value * factor)}${after}`);
   return {
-    text: `${place}  ${measured(shown.value * factor, sigma, label)}`,
-    spoken: `${place} ${spoken(shown.value * factor, sigma, label)}`,
+    text: measured(value * factor, sigma * factor, label),
+    spoken: spoken(value * factor, sigma * factor, label),
   };
 }
 
-/** What the tiles in the page know about the pixel under the pointer. */
+/** What is known of a pixel of the map or frame that is shown; null while the answer is on its way. */
+function known(shown: Field, at: Pin, { value, of, error }: Answered<string, OneValue>): Texts | null {
+  if (shown.local) {
+    const local = shown.local(at.x, at.y);
+    return local === null ? alike('no value') : valued(shown, local, null);
+  }
+  if (error) return alike(error);
+  if (!value || shown.asked === null || of !== pixelOf(shown.asked, at)) return null;
+  if (value.value === null) return alike(value.reason ? `no value: ${value.reason}` : 'no value');
+  return valued(shown, value.value, value.sigma);
+}
+
+function pinned(): Texts & { name: string } {
+  const { pin: at } = selection.value;
+  const shown = field.value;
+  if (!at || !shown) return { text: 'Click the map to set the pin', spoken: 'no pin set', name: '' };
+  const place = `(${at.x}, ${at.y})`;
+  const texts = known(shown, at, atPin.state.value);
+  if (!texts) return { text: `${place} \u2026`, spoken: '', name: '' };
+  return { text: `${place}  ${texts.text}`, spoken: `${place} ${texts.spoken}`, name: shown.title };
+}
+
 function hovered(): string {
   const at = hover.value;
   const shown = field.value;
   if (!at || !shown) return '';
-  // A pointer that rests gets its value when the tile has come.
-  void tilesCome.value;
-  const value = handleOf.value?.read(at.x, at.y);
-  const place = `pointer (${at.x}, ${at.y})`;
-  if (value === null || value === undefined) return place;
-  if (Number.isNaN(value)) return `${place}  no data`;
-  const code = shown.codes?.find((one) => one.code === Math.round(value));
-  if (code) return `${place}  ${code.words}`;
-  const { label, factor } = unitOf(shown.unit);
-  return `${place}  ${significant(value * factor, 4)} ${label}`;
+  const texts = known(shown, at, atPointer.state.value);
+  return `pointer (${at.x}, ${at.y})  ${texts?.text ?? '\u2026'}`;
 }
 
+/** The value of the map or frame that is shown, at the pin and under the pointer: of that pixel alone. */
 export function ValueLine() {
   const now = pinned();
   return (
@@ -53,6 +65,7 @@ export function ValueLine() {
       <span role="status" aria-label="Value at pixel" class="at-pin">
         <span aria-hidden="true">{now.text}</span>
         <span class="unseen">{now.spoken}</span>
+        {now.name && <span class="at-name"> {now.name}</span>}
       </span>
       <span class="at-pointer" aria-hidden="true">
         {hovered()}

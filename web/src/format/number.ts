@@ -77,6 +77,11 @@ export function significant(value: number, digits: number): string {
   return toPlaces(value, Math.max(digits - 1 - exponent, 0));
 }
 
+/** A number without a known sigma: a whole one as it is, else with four digits. */
+export function plainly(value: number): string {
+  return Number.isInteger(value) ? withMinus(String(value)) : significant(value, 4);
+}
+
 /** A share between 0 and 1 as per cent with two digits. */
 export function percent(share: number): string {
   const value = share * 100;

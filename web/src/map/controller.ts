@@ -4,28 +4,25 @@ import { effect } from '@preact/signals';
 import { drawing, hover, select, selection, tool } from '../store/selection';
 import { origin_px } from '../store/questions';
 import { results } from '../store/results';
-import { hillshade, maskHatch, palette, photo } from '../store/settings';
-import { field, frameField, frameRange, shownColours, shownRange } from './field';
+import { clipMarks, hillshade, maskHatch, palette, photo } from '../store/settings';
+import { field, frameField, shownColours, shownRange } from './field';
 import { drawLoupe } from './loupe';
 import { drawMarks, type Gutter, type Marks } from './marks';
 import { listenToPointers } from './pointer';
 import { Renderer, type Scene } from './renderer';
-import { mapSource, NO_DATA } from './source';
+import { mapSource } from './source';
 import { coarseWindow } from './pyramid';
 import { tilesOf } from './layer';
 import { Tiles, type TileName } from './tiles';
-import { handleOf, handleMoves, tilesCome, type MapHandle } from './handle';
-import { bounded, fitted, pixelAt, showing, zoomedAt, type Size, type View } from './view';
+import { handleOf, handleMoves, type MapHandle } from './handle';
+import { bounded, fitted, fittedTo, pixelAt, showing, zoomedAt, type Size, type View } from './view';
 
 const WIDE: Gutter = { left: 46, top: 22, right: 46, bottom: 24 };
 const NARROW: Gutter = { left: 40, top: 4, right: 0, bottom: 24 };
 
 export class MapController implements MapHandle {
   private renderer: Renderer | null = null;
-  private readonly tiles = new Tiles(() => {
-    tilesCome.value += 1;
-    this.redraw();
-  });
+  private readonly tiles = new Tiles(() => this.redraw());
   private readonly context: CanvasRenderingContext2D;
   private size: Size = { width: 1, height: 1 };
   private gutter = WIDE;
@@ -56,7 +53,7 @@ export class MapController implements MapHandle {
           hillshade.value,
           maskHatch.value,
           photo.value,
-          frameRange.value,
+          clipMarks.value,
           handleMoves.value,
           origin_px.value,
         ];
@@ -103,7 +100,9 @@ export class MapController implements MapHandle {
   }
 
   view(): View {
-    return selection.peek().view ?? fitted(this.image(), this.size);
+    const { view } = selection.peek();
+    if (view === 'all') return fitted(this.image(), this.size);
+    return view ?? fittedTo(results.peek()?.answered_px ?? null, this.image(), this.size);
   }
 
   private look(view: View): void {
@@ -121,7 +120,7 @@ export class MapController implements MapHandle {
   }
 
   fit(): void {
-    select({ view: null });
+    select({ view: 'all' });
   }
 
   movePin(dx: number, dy: number): void {
@@ -133,13 +132,10 @@ export class MapController implements MapHandle {
       y: Math.min(Math.max(from.y + dy, 0), image.height - 1),
     };
     select({ pin: moved });
-    if (selection.peek().view) this.look(showing(view, this.size, moved));
-  }
-
-  /** The value of a pixel of the shown map, read from the tiles; null if it is not here. */
-  read(x: number, y: number): number | null {
-    const shown = field.value;
-    return shown ? this.tiles.read(shown.source, x, y) : null;
+    // What shows all of the image shows the pin.
+    if (view.zoom <= fitted(image, this.size).zoom) return;
+    const followed = showing(view, this.size, moved);
+    if (followed.x !== view.x || followed.y !== view.y) this.look(followed);
   }
 
   private listen(): void {
@@ -186,9 +182,13 @@ export class MapController implements MapHandle {
           });
         }
       },
-      drawn: () => {
+      drawn: (kind) => {
         drawing.value = false;
-        if (selection.peek().region && tool.peek() === 'region') select({ panel: 'steps' });
+        // What was asked is answered there.
+        if (kind === 'region' && selection.peek().region) {
+          select({ panel: 'steps' });
+          document.getElementById('panel')?.scrollIntoView({ block: 'nearest' });
+        }
         tool.value = 'pin';
       },
       loupe: (place) => {
@@ -226,6 +226,7 @@ export class MapController implements MapHandle {
       source: shown.source,
       range: shownRange.value,
       log: shown.scale === 'log',
+      marksClipped: clipMarks.value === 'on',
       colours: shownColours.value,
       codes: shown.codes,
       hillshade: hillshade.value && shown.id !== 'frame',
@@ -239,7 +240,6 @@ export class MapController implements MapHandle {
     const scene = this.scene();
     if (!scene || !this.renderer) return;
     this.tiles.want([...this.renderer.draw(scene, this.tiles), ...this.framesAhead(scene)]);
-    this.holdFrameRange();
     const { devicePixels } = scene;
     const box = this.marks.getBoundingClientRect();
     const [width, height] = [Math.round(box.width * devicePixels), Math.round(box.height * devicePixels)];
@@ -271,22 +271,5 @@ export class MapController implements MapHandle {
       const ahead = frameField((frame + by) % frames.count, kind ?? frames.matched);
       return ahead ? tilesOf(ahead.source, coarseWindow(image, ahead.source.levels)) : [];
     });
-  }
-
-  /** Finds the grey range of frames from the coarsest tile, once per kind. */
-  private holdFrameRange(): void {
-    const frames = results.value?.frames;
-    const kind =
-      selection.value.frame === null ? frames?.matched : (selection.value.kind ?? frames?.matched);
-    if (!frames || !kind || frameRange.value[kind]) return;
-    const shown = frameField(selection.value.frame ?? frames.reference, kind);
-    if (!shown) return;
-    const tile = this.tiles.coarsest(shown.source);
-    if (!tile) return;
-    const grey = tile.filter((value) => value > NO_DATA / 10).sort();
-    const at = (share: number): number => grey[Math.round(share * (grey.length - 1))] ?? 0;
-    const low = at(0.005);
-    const high = Math.max(at(0.995), low + 1);
-    frameRange.value = { ...frameRange.value, [kind]: { low, high } };
   }
 }

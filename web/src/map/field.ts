@@ -1,6 +1,6 @@
 // What the map canvas shows at the moment: a map, a frame, or a difference, all in one shape.
 
-import { computed, signal } from '@preact/signals';
+import { computed } from '@preact/signals';
 import type { Colours, Histogram, MapInfo } from '../api';
 import { codesOf, type Code } from '../colours/codes';
 import { histogramOf, type Scale } from '../colours/range';
@@ -23,12 +23,14 @@ export interface Field {
   histogram: Histogram | null;
   codes: Code[] | null;
   source: TileSource;
-  /** What the mode "auto" is called. */
+  /** How the server is asked for a pixel of it; null for what is in the page alone. */
+  asked: string | null;
+  /** The value at a pixel of what is in the page alone. */
+  local?: (x: number, y: number) => number | null;
+  /** What the mode "auto" is called, and what else is to be said of it. */
   autoName: string;
+  autoNote?: string;
 }
-
-/** Grey range of frames of a kind: found once on the reference frame and then held, so frames compare. */
-export const frameRange = signal<Record<string, { low: number; high: number }>>({});
 
 function ofMap(map: MapInfo): Field {
   const log = map.scale === 'log';
@@ -50,7 +52,9 @@ function ofMap(map: MapInfo): Field {
     histogram: map.histogram,
     codes: codesOf(map.id),
     source: mapSource(map.id, map.levels),
-    autoName: 'auto 0.5\u201399.5 %',
+    asked: `map=${encodeURIComponent(map.id)}`,
+    autoName: 'auto',
+    autoNote: map.widened ? '0.5\u201399.5 %, and connected areas beyond' : '0.5\u201399.5 %',
   };
 }
 
@@ -65,21 +69,22 @@ export function frameField(index: number, kind: string): Field | null {
   const frames = results.value?.frames;
   if (!frames || index < 0 || index >= frames.count) return null;
   const full = 2 ** frames.bit_depth - 1;
-  const range = frameRange.value[kind] ?? { low: 0, high: full };
   return {
     id: 'frame',
     title: `Frame ${index} (${kind})`,
     unit: 'DN',
     colours: 'grey',
     scale: 'linear',
-    low: range.low,
-    high: range.high,
+    // All that a camera can tell: no frame has values beyond, and frames compare.
+    low: 0,
+    high: full,
     minimum: 0,
     maximum: full,
     histogram: null,
     codes: null,
     source: frameSource(index, kind, levelsOf(frames.rows, frames.columns)),
-    autoName: 'held',
+    asked: `frame=${index}&kind=${kind}`,
+    autoName: 'full scale',
   };
 }
 
@@ -91,9 +96,12 @@ function differenceField(inSigma: boolean): Field | null {
   const greatest = sizes[sizes.length - 1] ?? 1;
   const high = inSigma ? 3 : (sizes[Math.floor(sizes.length * 0.99)] ?? 1) || 1e-6;
   const name = inSigma ? 'difference-sigma' : 'difference';
+  const step = held.info.step ?? Math.ceil((results.value?.frames.columns ?? 1) / held.info.columns);
+  // Each of its values is the mean of so many pixels.
+  const means = step > 1 ? `, means of ${step} × ${step} px` : '';
   const title = inSigma
-    ? `Difference / sigma, to ${held.other}`
-    : `Difference of ${held.map} to ${held.other}`;
+    ? `Difference / sigma, to ${held.other}${means}`
+    : `Difference of ${held.map} to ${held.other}${means}`;
   return {
     id: name,
     title,
@@ -106,13 +114,14 @@ function differenceField(inSigma: boolean): Field | null {
     maximum: greatest,
     histogram: histogramOf(values, -1.5 * high, 1.5 * high),
     codes: null,
-    source: arraySource(
-      `${name}/${held.other}/${held.map}`,
-      values,
-      held.info.columns,
-      held.info.step ?? Math.ceil((results.value?.frames.columns ?? 1) / held.info.columns),
-    ),
-    autoName: inSigma ? '\u00b13 sigma' : '99 %, about zero',
+    source: arraySource(`${name}/${held.other}/${held.map}`, values, held.info.columns, step),
+    asked: null,
+    local: (x, y) => {
+      const value = values[Math.floor(y / step) * held.info.columns + Math.floor(x / step)] ?? NaN;
+      return Number.isFinite(value) ? value : null;
+    },
+    autoName: 'auto',
+    autoNote: inSigma ? '\u00b13 sigma' : '99 %, about zero',
   };
 }
 

@@ -161,7 +161,10 @@ function axis(context: Context, marks: Marks, side: 'left' | 'bottom' | 'top' | 
       const out = side === 'top' ? -4 : 4;
       context.moveTo(gutter.left + at, y);
       context.lineTo(gutter.left + at, y + out);
-      context.fillText(text, gutter.left + at, y + out * 1.5);
+      // The last label may reach beyond the picture, but not beyond the canvas.
+      const half = context.measureText(text).width / 2 + 1;
+      const right = gutter.left + canvas.width + gutter.right;
+      context.fillText(text, Math.min(gutter.left + at, right - half), y + out * 1.5);
     } else {
       const x = side === 'left' ? gutter.left : gutter.left + canvas.width;
       const out = side === 'left' ? -4 : 4;

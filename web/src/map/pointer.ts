@@ -7,7 +7,7 @@ export interface Intentions {
   zoom: (factor: number, x: number, y: number) => void;
   draw: (kind: 'line' | 'region', from: { x: number; y: number }, to: { x: number; y: number }) => void;
   /** The drawing is finished. */
-  drawn: () => void;
+  drawn: (kind: 'line' | 'region') => void;
   /** Where the loupe is wanted; null when the finger has left. */
   loupe: (at: { x: number; y: number } | null) => void;
   tool: () => 'pin' | 'line' | 'region';
@@ -47,7 +47,7 @@ export function listenToPointers(element: HTMLElement, offset: () => Point, to: 
   };
 
   const endDrawing = (): void => {
-    if (drag?.moved && (drag.kind === 'line' || drag.kind === 'region')) to.drawn();
+    if (drag?.moved && (drag.kind === 'line' || drag.kind === 'region')) to.drawn(drag.kind);
   };
 
   element.addEventListener('pointerdown', (event) => {

@@ -13,6 +13,8 @@ export interface Scene extends Sight {
   source: TileSource;
   range: { low: number; high: number };
   log: boolean;
+  /** Whether values beyond the range are marked. */
+  marksClipped: boolean;
   colours: Colours;
   codes: Code[] | null;
   hillshade: boolean;
@@ -117,6 +119,7 @@ export class Renderer {
     // Large pixels are shown as squares: they are what was measured.
     const large = view.zoom * devicePixels * this.value.side() >= 3;
     gl.uniform1i(locate('u_smooth'), scene.fast || large ? 0 : 1);
+    gl.uniform1i(locate('u_clip'), scene.marksClipped ? 1 : 0);
     gl.uniform1i(locate('u_hillshade'), scene.hillshade ? 1 : 0);
     gl.uniform1i(locate('u_hatch'), scene.mask ? 1 : 0);
     gl.uniform1i(locate('u_coded'), scene.codes ? 1 : 0);

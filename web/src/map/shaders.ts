@@ -24,7 +24,7 @@ uniform vec2 u_image;       // columns and rows of the image
 uniform float u_zoom;       // device px per image px
 uniform float u_dot;        // device px per px of the page
 uniform vec2 u_range;
-uniform bool u_log, u_smooth, u_hillshade, u_hatch, u_coded;
+uniform bool u_log, u_smooth, u_clip, u_hillshade, u_hatch, u_coded;
 uniform float u_photo_share;
 uniform vec2 u_photo_range;
 uniform vec2 u_codes[7];    // grey level and pattern of each code
@@ -119,16 +119,16 @@ void main() {
     shown = vec3(0.227, 0.259, 0.302);
   } else if (missing(value)) {
     vec2 square = floor(screen / (8.0 * u_dot));
-    shown = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.420, 0.455, 0.502) : vec3(0.227, 0.259, 0.302);
+    shown = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.290, 0.325, 0.369) : vec3(0.227, 0.259, 0.302);
   } else if (u_coded) {
     vec2 look_of = u_codes[clamp(int(value + 0.5), 0, 6)];
     shown = mix(vec3(look_of.x), vec3(0.0), pattern(int(look_of.y), screen));
   } else {
     if (u_smooth) value = smooth_at(at, value);
     float band = 6.0 * u_dot;
-    if (value < u_range.x) {
+    if (u_clip && value < u_range.x) {
       shown = vec3(step(band * 0.5, mod(screen.y, band)));
-    } else if (value > u_range.y) {
+    } else if (u_clip && value > u_range.y) {
       shown = vec3(step(band * 0.5, mod(screen.x + screen.y, band)));
     } else {
       int entry = int(clamp(position_of(value), 0.0, 1.0) * 255.0 + 0.5);
@@ -141,6 +141,7 @@ void main() {
     float grey = clamp((light - u_photo_range.x) / (u_photo_range.y - u_photo_range.x), 0.0, 1.0);
     if (!missing(light)) shown = mix(shown, vec3(grey), u_photo_share);
   }
-  if (code > 0.5) shown = mix(shown, vec3(0.75), pattern(int(code + 0.5), screen));
+  // Quiet: what has no answer is not what people look for.
+  if (code > 0.5) shown = mix(shown, vec3(0.75), 0.3 * pattern(int(code + 0.5), screen));
   colour = vec4(shown, 1.0);
 }`;

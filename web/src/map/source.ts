@@ -1,6 +1,7 @@
 // Where tiles come from: a map or a frame on the server, or an array in the page.
 
 import { api } from '../api';
+import { results } from '../store/results';
 import { TILE } from './pyramid';
 
 /** Stands for "no data" in tiles, since not every GPU keeps a NaN. */
@@ -27,9 +28,12 @@ function marked(values: Float32Array): Float32Array {
   return values;
 }
 
+/** Names the results, so that tiles of former ones are not taken for theirs. */
+const ofResults = (): string => results.value?.id ?? '';
+
 export function mapSource(id: string, levels: number): TileSource {
   return {
-    key: `map/${id}`,
+    key: `${ofResults()}/map/${id}`,
     levels,
     step: 1,
     load: async (level, row, column, abort) =>
@@ -39,8 +43,8 @@ export function mapSource(id: string, levels: number): TileSource {
 
 export function frameSource(frame: number, kind: string, levels: number): TileSource {
   return {
-    key: `frame/${kind}/${frame}`,
-    group: `frame/${kind}`,
+    key: `${ofResults()}/frame/${kind}/${frame}`,
+    group: `${ofResults()}/frame/${kind}`,
     levels,
     step: 1,
     load: async (level, row, column, abort) =>

@@ -1,7 +1,6 @@
 // The tiles that are in the page: a cache of fixed size, and a queue that asks for what the screen wants now.
 
-import { NO_DATA, type TileSource } from './source';
-import { TILE } from './pyramid';
+import type { TileSource } from './source';
 
 export interface TileName {
   source: TileSource;
@@ -43,30 +42,6 @@ export class Tiles {
     const keys = new Set(names.map(keyOf));
     for (const [key, request] of this.running) if (!keys.has(key)) request.abort();
     this.pump();
-  }
-
-  /** The value of a pixel from the finest tile that is here; null if none is, NaN if there is no data. */
-  read(source: TileSource, x: number, y: number): number | null {
-    for (let level = 0; level < source.levels; level += 1) {
-      const scale = source.step * 2 ** level;
-      const [column, row] = [Math.floor(x / scale), Math.floor(y / scale)];
-      const place = { source, level, row: Math.floor(row / TILE), column: Math.floor(column / TILE) };
-      const tile = this.ready.get(keyOf(place));
-      if (tile) {
-        const value = tile[(row % TILE) * TILE + (column % TILE)] ?? NO_DATA;
-        return value === Math.fround(NO_DATA) ? NaN : value;
-      }
-    }
-    return null;
-  }
-
-  /** Any tile of the source's coarsest level that is here, for a look at its values as a whole. */
-  coarsest(source: TileSource): Float32Array | null {
-    for (let level = source.levels - 1; level >= 0; level -= 1) {
-      const tile = this.ready.get(keyOf({ source, level, row: 0, column: 0 }));
-      if (tile) return tile;
-    }
-    return null;
   }
 
   private pump(): void {

@@ -26,6 +26,24 @@ export function fitted(image: Size, canvas: Size): View {
   return { x: image.width / 2, y: image.height / 2, zoom: zoom > 0 ? zoom : 1 };
 }
 
+/** Room around what is fitted, as a share of its size. */
+const MARGIN = 0.04;
+
+/** The view that shows a part of the image, or all of it if the part is nearly all, or unknown. */
+export function fittedTo(
+  part: [x0: number, y0: number, x1: number, y1: number] | null,
+  image: Size,
+  canvas: Size,
+): View {
+  const all = fitted(image, canvas);
+  if (!part) return all;
+  const [x0, y0, x1, y1] = part;
+  const size = { width: (x1 - x0) * (1 + 2 * MARGIN), height: (y1 - y0) * (1 + 2 * MARGIN) };
+  const { zoom } = fitted(size, canvas);
+  if (zoom <= all.zoom) return all;
+  return { x: (x0 + x1) / 2, y: (y0 + y1) / 2, zoom: Math.min(zoom, GREATEST_ZOOM) };
+}
+
 export function toScreen(view: View, canvas: Size, x: number, y: number): { x: number; y: number } {
   return {
     x: (x - view.x) * view.zoom + canvas.width / 2,

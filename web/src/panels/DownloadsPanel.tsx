@@ -2,7 +2,8 @@ import { useSignal } from '@preact/signals';
 import { api, type Download } from '../api';
 import { Loaded } from '../components/Loaded';
 import { bytes } from '../format/number';
-import { save, say } from '../store/actions';
+import { save } from '../store/actions';
+import { refuse } from '../store/notices';
 
 function Item({ item }: { item: Download }) {
   const busy = useSignal(false);
@@ -11,7 +12,7 @@ function Item({ item }: { item: Download }) {
     try {
       save(await api.download(item.name), item.name.split('/').pop() ?? item.name);
     } catch (fault) {
-      say(fault instanceof Error ? fault.message : String(fault));
+      refuse(fault);
     }
     busy.value = false;
   };

@@ -38,7 +38,7 @@ export function FramesPanel() {
       <h2>Frames</h2>
       <p class="muted note">
         {frames.count} frames of {frames.columns} × {frames.rows} px, {frames.bit_depth} bit. Reference:
-        frame {frames.reference}. Grey range held over all frames.
+        frame {frames.reference}; they are counted from 0. Grey goes over the full scale of the camera.
       </p>
       <div class="fields">
         <button

@@ -1,5 +1,6 @@
 import type { ComponentType } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
+import { results } from '../store/results';
 import { panel, select } from '../store/selection';
 import { CalibrationPanel } from './CalibrationPanel';
 import { ComparePanel } from './ComparePanel';
@@ -65,7 +66,8 @@ export function Panels() {
         ))}
       </div>
       <div class="panel" role="tabpanel" id="panel" aria-label={title} tabIndex={0}>
-        <Shown key={id} />
+        {/* Other results: what was asked of the former ones is asked again. */}
+        <Shown key={`${id} ${results.value?.id ?? ''}`} />
       </div>
     </div>
   );

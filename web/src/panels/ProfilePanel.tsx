@@ -2,7 +2,8 @@ import { useMemo, useRef } from 'preact/hooks';
 import { api, type LineInfo, type LinePoint } from '../api';
 import { CurvePanel, type Curve } from '../components/CurvePanel';
 import { NumberField } from '../components/NumberField';
-import { save, say } from '../store/actions';
+import { save } from '../store/actions';
+import { refuse } from '../store/notices';
 import { profile } from '../store/questions';
 import { lengths, results } from '../store/results';
 import { drawing, hover, line, select } from '../store/selection';
@@ -76,7 +77,7 @@ export function ProfilePanel() {
     try {
       save(await api.lineCsv({ ...ends }), 'profile.csv');
     } catch (fault) {
-      say(fault instanceof Error ? fault.message : String(fault));
+      refuse(fault);
     }
   };
   const unit = info?.unit === 'px' ? 'px' : label;

@@ -92,7 +92,8 @@ export function RowCostPanel() {
     <div class={loading ? 'loading' : ''}>
       <h2>Cost of row {value?.head.y ?? at.y}</h2>
       <p class="muted note">
-        Bright: low cost. Orange: the disparity that was chosen. White line: the pin; a click moves it.
+        Bright: low cost. Where there is no texture, as on plain ground, every disparity fits: all of the
+        column is bright. Orange: the disparity that was chosen. White line: the pin; a click moves it.
       </p>
       {error && <p class="fault">{error}</p>}
       {loading && !value && <p class="hint">computing…</p>}

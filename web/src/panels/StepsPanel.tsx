@@ -15,7 +15,7 @@ function coverage({ combined }: Budget): string {
 function BudgetTable({ contributions }: Budget) {
   const { label, factor } = lengths.value;
   return (
-    <table class="list">
+    <table class="list budget">
       <caption>Uncertainty budget of the depth: standard uncertainties u (k = 1)</caption>
       <thead>
         <tr>

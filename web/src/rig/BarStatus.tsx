@@ -7,23 +7,24 @@ import { ageText, diskText, freshness } from './texts';
 function Control() {
   const name = rigState.value?.rig ?? '';
   const of = name ? `${name}, ` : '';
-  if (hasToken.value === null) return <span class="who">{of}connecting</span>;
-  if (mayControl.value) {
-    const mine = rigState.value?.controller != null;
-    return (
-      <span class="who" title={mine ? undefined : 'The first order takes control.'}>
-        {of}
-        {mine ? 'you control' : 'nobody controls'}
-      </span>
-    );
-  }
-  const other = otherController.value !== null && hasToken.value;
+  const other = otherController.value !== null && hasToken.value === true;
+  const mine = rigState.value?.controller != null;
+  const words =
+    hasToken.value === null
+      ? 'connecting'
+      : mayControl.value
+        ? mine
+          ? 'you control'
+          : 'nobody controls'
+        : other
+          ? 'another page has control'
+          : 'watching: this page can only look and stop';
+  const free = mayControl.value && !mine ? 'The first order takes control.' : null;
   return (
-    <span class="who">
-      <span>
-        <span aria-hidden="true">◉ </span>
+    <span class="bar-line">
+      <span class="who" title={free ?? of + words}>
         {of}
-        {other ? 'watching: another page has control' : 'watching'}
+        {words}
       </span>
       {other && (
         <button type="button" onClick={() => void order(rig.take()).then(askForToken)}>
@@ -69,8 +70,10 @@ export function BarStatus() {
   return (
     <span class="bar-status">
       <Control />
-      <Pictures />
-      <Disk />
+      <span class="bar-line">
+        <Pictures />
+        <Disk />
+      </span>
     </span>
   );
 }

@@ -1,12 +1,12 @@
 import { useEffect } from 'preact/hooks';
 import { NumberField } from '../components/NumberField';
-import { say } from '../store/actions';
+import { refuse } from '../store/notices';
 import type { Control } from './api';
 import { onGrid, sorted } from './controls';
 import { controls, followControls, setControl } from './control_store';
 import { OrderButton } from './OrderButton';
 import { Section } from './Section';
-import { rigState } from './store';
+import { onlyWatches, rigState } from './store';
 import { exposureText, titleOf, unitOf, valueText } from './texts';
 import { whyNoCamera } from './why';
 
@@ -17,9 +17,17 @@ function whyFixed(control: Control): string | null {
   return control.kind === 'other' ? 'controls of its kind are not supported' : null;
 }
 
+/** The value of a control in words, where nobody can set it. */
+function words({ name, kind, value, items }: Control): string {
+  if (value === null) return 'not known';
+  if (kind === 'boolean') return value === 1 ? 'on' : 'off';
+  return items.find(([index]) => kind === 'menu' && index === value)?.[1] ?? valueText(name, value);
+}
+
 function Field({ control, why }: { control: Control; why: string | null }) {
   const { name, kind, value } = control;
   const title = titleOf(name);
+  if (onlyWatches.value) return kind === 'button' ? null : <span>{`${title}: ${words(control)}`}</span>;
   const set = (next: number): void => {
     if (next !== value) void setControl(name, next);
   };
@@ -76,7 +84,7 @@ function Field({ control, why }: { control: Control; why: string | null }) {
               .join(' to ');
             // What lies between two values of the control is rounded; what lies beyond its range is told.
             if (Math.abs(near - next * counts) > Math.max(control.step, 1))
-              say(`${title} goes from ${range}`);
+              refuse(`${title} goes from ${range}`);
             set(near);
           }}
         />

@@ -2,7 +2,7 @@ import { significant } from '../format/number';
 import { rig, type Check, type Verdict } from './api';
 import { OrderButton } from './OrderButton';
 import { Section } from './Section';
-import { order, rigState } from './store';
+import { onlyWatches, order, rigState } from './store';
 import { whyNoOrders } from './why';
 
 /** From the best to the worst. */
@@ -48,6 +48,7 @@ export function DoctorPane() {
   const doctor = rigState.value?.doctor ?? null;
   const task = rigState.value?.task;
   const runs = task?.kind === 'doctor';
+  if (onlyWatches.value && !doctor && !runs) return null;
   const title = runs ? 'Doctor: runs' : doctor ? `Doctor: ${summary(doctor.checks)}` : 'Doctor';
   return (
     <Section title={title}>
@@ -67,7 +68,7 @@ export function DoctorPane() {
       {runs ? (
         <p role="status">{task.step ?? 'begins'} …</p>
       ) : (
-        <p class="hint">It homes the stage and moves it within the plan.</p>
+        !onlyWatches.value && <p class="hint">It homes the stage and moves it within the plan.</p>
       )}
       {doctor && !runs && (
         <>

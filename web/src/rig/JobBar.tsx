@@ -1,5 +1,5 @@
 import type { Task } from './api';
-import { rigState } from './store';
+import { onlyWatches, rigState } from './store';
 import { timeLeftText } from './texts';
 import { whyNoOrders } from './why';
 
@@ -26,9 +26,10 @@ export function JobBar() {
     task?.step,
     counted ? `${task.done} of ${task.of}` : null,
     task?.seconds_left == null ? null : timeLeftText(task.seconds_left),
-    task && why !== null && why !== task.words ? `controls are off: ${why}` : null,
+    task && why !== null && why !== task.words && !onlyWatches.value ? `controls are off: ${why}` : null,
   ].filter(Boolean);
-  const idle = why === null ? 'ready' : `Controls are off: ${why}`;
+  const idle =
+    why === null ? 'ready' : onlyWatches.value ? 'nothing is under way' : `Controls are off: ${why}`;
   return (
     <div class="job">
       <p>

@@ -59,7 +59,7 @@ function Vignetting() {
 
 /** `31 % darker`: than the centre. */
 export function cornersText(corners: number | null): string {
-  if (corners === null) return 'not known';
+  if (corners === null) return 'seen on an even target only';
   const share = Math.abs(1 - corners);
   return `${percent(share)} ${corners <= 1 ? 'darker' : 'brighter'}`;
 }

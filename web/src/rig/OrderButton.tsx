@@ -1,4 +1,5 @@
 import type { ComponentChildren } from 'preact';
+import { onlyWatches } from './store';
 
 interface Props {
   act: () => void;
@@ -11,8 +12,12 @@ interface Props {
   children: ComponentChildren;
 }
 
-/** A button of the rig. While it is off it keeps the focus and says why, so that keys can go on after. */
+/**
+ * A button of the rig. While it is off it keeps the focus and says why, so that keys can go on after. A page that
+ * only watches has none.
+ */
 export function OrderButton({ act, why, name, pressed, kind, children }: Props) {
+  if (onlyWatches.value) return null;
   return (
     <button
       type="button"

@@ -1,11 +1,11 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { say } from '../store/actions';
+import { say } from '../store/notices';
 import '../style/main_button.css';
 import '../style/profile.css';
 import { rig, type Profile, type ProfileMistake } from './api';
 import { changes, fileExists, sortMistakes, type Typed } from './profile_changes';
 import { ProfileSection } from './ProfileSection';
-import { mayControl, rigState } from './store';
+import { mayControl, onlyWatches, rigState } from './store';
 
 const PAUSE_MS = 300;
 
@@ -140,11 +140,11 @@ function Form({ profile, reload }: FormProps) {
             ✕ {first}
           </p>
         )}
-        <p class="note" role="status">
+        <p class="note" role="status" hidden={onlyWatches.value}>
           {count === 0 ? 'no changes' : `${count} changed`}
           {checking ? ', checking…' : count > 0 && mistakes.length === 0 && ', no mistakes'}
         </p>
-        {replacing === null ? (
+        {onlyWatches.value ? null : replacing === null ? (
           <div class="fields">
             <button
               type="button"
@@ -187,7 +187,7 @@ function Form({ profile, reload }: FormProps) {
             </div>
           </div>
         )}
-        {(reason ?? busy) !== null && <p class="hint note">{reason ?? busy}</p>}
+        {(reason ?? busy) !== null && !onlyWatches.value && <p class="hint note">{reason ?? busy}</p>}
       </div>
     </>
   );

@@ -7,7 +7,7 @@ import { view } from '../store/route';
 import { rig, type RigState } from './api';
 import { OrderButton } from './OrderButton';
 import { stop, stopSent } from './stopping';
-import { order, rigState, tries } from './store';
+import { onlyWatches, order, rigState, tries } from './store';
 import { diskText } from './texts';
 import { whyNoOrders } from './why';
 
@@ -120,10 +120,14 @@ export function rigBanner() {
   if (state.stage.state === 'lost') return lost('stage', state.stage.error);
   const held = disk(state) ?? paused(state);
   if (held) return held;
-  if (view.value !== 'results' && state.stage.state === 'ready' && !state.stage.homed) {
+  // A scan homes the stage by itself, so its view has nothing to tell.
+  if (view.value === 'rig' && state.stage.state === 'ready' && !state.stage.homed && state.task === null) {
     return (
       <Banner kind="warn">
-        <span>Not homed: the position is not known. Hold Home for 1 s.</span>
+        <span>
+          Not homed: the position is not known.
+          {onlyWatches.value ? '' : ' Hold Home for 1 s; a scan homes by itself.'}
+        </span>
       </Banner>
     );
   }

@@ -4,22 +4,23 @@ import { about } from '../store/results';
 import { loadSequences, openSequence, sequences } from './sequences';
 import { OrderButton } from './OrderButton';
 import type { SequenceEntry } from './api';
-import { hasToken } from './store';
+import { onlyWatches } from './store';
 
 function Line({ entry }: { entry: SequenceEntry }) {
   return (
     <tr>
       <th scope="row">
-        <OrderButton
-          act={() => void openSequence(entry.name)}
-          why={hasToken.value === false ? 'this page only watches' : null}
-        >
-          {entry.name}
-        </OrderButton>
+        {onlyWatches.value ? (
+          entry.name
+        ) : (
+          <OrderButton act={() => void openSequence(entry.name)} why={null}>
+            {entry.name}
+          </OrderButton>
+        )}
       </th>
       <td>{moment(entry.created)}</td>
       <td>
-        {entry.frames} of {entry.planned} frames
+        {entry.frames} of {entry.planned}
       </td>
       <td>{entry.measured ? 'measured' : 'not measured yet'}</td>
       <td>{entry.ended}</td>
@@ -32,13 +33,22 @@ export function SequenceList() {
   useEffect(() => void loadSequences(), []);
   const list = sequences.value;
   return (
-    <main class="sequences">
-      <h1>Sequences</h1>
+    <main class="sequence-list">
+      <h1>Results</h1>
       {list === null && <p class="hint">loading…</p>}
       {list?.length === 0 && <p>There is no sequence yet. Scan one.</p>}
       {list !== null && list.length > 0 && (
         <div class="wide" tabIndex={0} role="region" aria-label="List of sequences">
           <table class="list">
+            <thead>
+              <tr>
+                <th scope="col">sequence</th>
+                <th scope="col">created</th>
+                <th scope="col">frames</th>
+                <th scope="col">results</th>
+                <th scope="col">scan ended</th>
+              </tr>
+            </thead>
             <tbody>
               {list.map((entry) => (
                 <Line key={entry.name} entry={entry} />
@@ -55,6 +65,7 @@ export function SequenceList() {
 export function SequenceMenu() {
   const shown = about.value?.sequence ?? null;
   useEffect(() => void loadSequences(), [shown]);
+  if (onlyWatches.value) return <span class="sequence">{shown}</span>;
   const list = sequences.value ?? [];
   const names = list.map(({ name }) => name);
   if (shown !== null && !names.includes(shown)) names.unshift(shown);
@@ -63,7 +74,6 @@ export function SequenceMenu() {
       class="sequence-menu"
       aria-label="Sequence"
       value={shown ?? ''}
-      disabled={hasToken.value === false}
       onChange={(event) => void openSequence(event.currentTarget.value)}
     >
       {shown === null && <option value="">no sequence</option>}

@@ -2,7 +2,7 @@ import { useSignal } from '@preact/signals';
 import { rig } from './api';
 import { OrderButton } from './OrderButton';
 import { Section } from './Section';
-import { order, rigState } from './store';
+import { onlyWatches, order, rigState } from './store';
 import { whyNoCamera } from './why';
 
 const SHOWN = [
@@ -15,7 +15,7 @@ const SHOWN = [
 /** What a simulated camera looks at. */
 export function SimulatedPane() {
   const pose = useSignal(0);
-  if (!rigState.value?.camera.simulated) return null;
+  if (!rigState.value?.camera.simulated || onlyWatches.value) return null;
   const show = (what: (typeof SHOWN)[number][0]): void => {
     const posed = what === 'board' ? pose.peek() : 0;
     if (what === 'board') pose.value += 1;

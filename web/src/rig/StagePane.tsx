@@ -1,10 +1,11 @@
 import { useSignal } from '@preact/signals';
 import { NumberField } from '../components/NumberField';
+import { refuse } from '../store/notices';
 import { rig, type StageState } from './api';
 import { HoldButton } from './HoldButton';
 import { fast, held, jog } from './jogging';
 import { OrderButton } from './OrderButton';
-import { order, rigState } from './store';
+import { onlyWatches, order, rigState } from './store';
 import { positionText, stepSize, stepText } from './texts';
 import { useHold } from './useHold';
 import { whyNoMove, whyNoStage } from './why';
@@ -123,8 +124,14 @@ function GoTo({ stage }: { stage: StageState }) {
   const runsOn = stage.runs_on_mm[fast.value ? 1 : 0];
   const shown = wanted.value ?? stage.position_mm ?? 0;
   // A slip of a finger must not send the stage to its end, so what is typed is not cut to the travel.
-  const beyond =
-    shown < 0 || shown > stage.travel_mm ? `the stage goes from 0 to ${stage.travel_mm} mm` : null;
+  const whyBeyond = (mm: number): string | null =>
+    mm < 0 || mm > stage.travel_mm ? `the stage goes from 0 to ${stage.travel_mm} mm` : null;
+  const beyond = whyBeyond(shown);
+  const go = (mm: number): void => {
+    const why = whyNoMove.peek() ?? whyBeyond(mm);
+    if (why === null) void order(rig.go(mm));
+    else refuse(why);
+  };
   return (
     <div class="go-to">
       <NumberField
@@ -133,8 +140,9 @@ function GoTo({ stage }: { stage: StageState }) {
         value={Number(shown.toFixed(4))}
         disabled={whyNoMove.value !== null}
         onChange={(mm) => (wanted.value = mm)}
+        onEnter={go}
       />
-      <OrderButton act={() => void order(rig.go(shown))} why={whyNoMove.value ?? beyond}>
+      <OrderButton act={() => go(shown)} why={whyNoMove.value ?? beyond}>
         Go
       </OrderButton>
       <p class={`runs-on note ${beyond ? 'amber' : 'muted'}`}>
@@ -159,13 +167,17 @@ export function StagePane() {
       </h2>
       <Position stage={stage} />
       <Travel stage={stage} />
-      <Steps stage={stage} />
-      <div class="jogs">
-        <HoldToMove direction={-1} />
-        <Speed />
-        <HoldToMove direction={1} />
-      </div>
-      <GoTo stage={stage} />
+      {!onlyWatches.value && (
+        <>
+          <Steps stage={stage} />
+          <div class="jogs">
+            <HoldToMove direction={-1} />
+            <Speed />
+            <HoldToMove direction={1} />
+          </div>
+          <GoTo stage={stage} />
+        </>
+      )}
     </section>
   );
 }

@@ -2,7 +2,7 @@ import { significant } from '../format/number';
 import type { TargetState } from './api';
 import { OrderButton } from './OrderButton';
 import { Section } from './Section';
-import { rigState } from './store';
+import { onlyWatches, rigState } from './store';
 import { looking, toggleTarget } from './targeting';
 import { whyNoCamera } from './why';
 
@@ -39,6 +39,7 @@ function Coverage({ target }: { target: TargetState }) {
 /** The chess-board in the picture. */
 export function TargetPane() {
   const target = rigState.value?.target ?? null;
+  if (!target && onlyWatches.value) return null;
   return (
     <Section title="Target">
       <p class="buttons">

@@ -232,6 +232,8 @@ export interface ProfileMistake {
 export interface Plan {
   /** A name that is free. */
   name: string;
+  /** What a name may be: a regular expression for all of it, and words. */
+  names: { pattern: string; words: string };
   folder: string;
   frames: number;
   start_mm: number;

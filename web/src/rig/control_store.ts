@@ -4,7 +4,7 @@ import { computed, effect, signal } from '@preact/signals';
 import { rig, type Control } from './api';
 import { order, rigState } from './store';
 import { titleOf, valueText } from './texts';
-import { say } from '../store/actions';
+import { say } from '../store/notices';
 
 export const controls = signal<Control[] | null>(null);
 

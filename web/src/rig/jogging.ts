@@ -1,7 +1,8 @@
 // The jog of this page, with all that ends it.
 
 import { effect, signal } from '@preact/signals';
-import { keySheetOpen, say } from '../store/actions';
+import { keySheetOpen } from '../store/actions';
+import { refuse } from '../store/notices';
 import { view } from '../store/route';
 import { rig } from './api';
 import { attended, watchAttention } from './attention';
@@ -24,7 +25,7 @@ export const jog = new Jog(
   rig,
   allowed,
   (now) => (held.value = now),
-  (fault) => say(fault instanceof Error ? fault.message : String(fault)),
+  (fault) => refuse(fault),
 );
 
 /** Call it once. Each hold ends when attention, view, contact or control are lost. */

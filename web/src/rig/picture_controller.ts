@@ -143,10 +143,6 @@ export class PictureController implements MapHandle {
     this.look({ ...view, x: view.x + (dx * 20) / view.zoom, y: view.y + (dy * 20) / view.zoom });
   }
 
-  read(): null {
-    return null;
-  }
-
   private listen(): void {
     listenToPointers(this.canvas, () => ({ x: 0, y: 0 }), {
       pin: (x, y) => this.tap(x, y),

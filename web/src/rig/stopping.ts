@@ -2,7 +2,7 @@
 
 import { signal } from '@preact/signals';
 import { ApiError } from '../api';
-import { say } from '../store/actions';
+import { refuse } from '../store/notices';
 import { rig } from './api';
 import { held, jog } from './jogging';
 import { rigState, tries } from './store';
@@ -38,7 +38,7 @@ export async function stop(): Promise<void> {
     } catch (error) {
       if (error instanceof ApiError) {
         tell('no');
-        say(`STOP was refused: ${error.message}`);
+        refuse(`STOP was refused: ${error.message}`, null);
         break;
       }
       tell('failing');

@@ -2,8 +2,8 @@
 
 import { computed, signal } from '@preact/signals';
 import { ApiError } from '../api';
-import { say } from '../store/actions';
 import { contactFailed, contactMade } from '../store/contact';
+import { refuse, usedLast } from '../store/notices';
 import { client, rig, type RigState } from './api';
 import { openFeed, type Feed } from './socket';
 
@@ -28,6 +28,9 @@ export const tries = computed(() => stateFeed.value?.tries.value ?? 0);
 
 const AGAIN_MS = 2000;
 
+/** Whether this page can only look, and stop. What it cannot do is not offered. */
+export const onlyWatches = computed(() => hasToken.value === false);
+
 /** Finds out whether this page has the token. Only the server's own "no" means that it has not. */
 export async function askForToken(): Promise<void> {
   try {
@@ -42,7 +45,7 @@ export async function askForToken(): Promise<void> {
 /** Follows the rig; for pages of `epirig ui` only. Once is enough. */
 export function followRig(): void {
   if (stateFeed.peek()) return;
-  const feed = openFeed('api/rig/state', (message) => {
+  const feed = openFeed(`api/rig/state/${client}`, (message) => {
     if (typeof message === 'string') rigState.value = JSON.parse(message) as RigState;
   });
   stateFeed.value = feed;
@@ -51,12 +54,13 @@ export function followRig(): void {
   void askForToken();
 }
 
-/** Sends an order; a refusal is told to the person. */
+/** Sends an order; a refusal is told beside what it came from. */
 export async function order<T>(sent: Promise<T>): Promise<T | null> {
+  const from = usedLast();
   try {
     return await sent;
   } catch (error) {
-    say(error instanceof Error ? error.message : String(error));
+    refuse(error, from);
     return null;
   }
 }

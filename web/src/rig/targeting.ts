@@ -1,7 +1,7 @@
 // Looking for the corners of a target in the live picture.
 
 import { computed } from '@preact/signals';
-import { say } from '../store/actions';
+import { refuse } from '../store/notices';
 import { rig } from './api';
 import { order, rigState } from './store';
 import { whyNoCamera } from './why';
@@ -11,6 +11,6 @@ export const looking = computed(() => rigState.value?.target != null);
 
 export function toggleTarget(): void {
   const why = whyNoCamera.peek();
-  if (why !== null) say(`Off: ${why}`);
+  if (why !== null) refuse(`Off: ${why}`, null);
   else void order(rig.findTarget(!looking.peek()));
 }

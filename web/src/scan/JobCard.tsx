@@ -1,7 +1,7 @@
 import { signal } from '@preact/signals';
 import type { ComponentChildren } from 'preact';
 import { rig, type RigState, type ScanState } from '../rig/api';
-import { order, rigState } from '../rig/store';
+import { onlyWatches, order, rigState } from '../rig/store';
 import { taken, whyNot, whyNotStart } from './control';
 import { MeasureTask } from './MeasureTask';
 import { Progress } from './Progress';
@@ -23,8 +23,9 @@ interface OrderProps {
   children: ComponentChildren;
 }
 
-/** A button that gives an order, or tells why it may not. */
+/** A button that gives an order, or tells why it may not. A page that only watches has none. */
 export function Order({ reason, main, onClick, children }: OrderProps) {
+  if (onlyWatches.value) return null;
   return (
     <button
       type="button"
@@ -40,7 +41,7 @@ export function Order({ reason, main, onClick, children }: OrderProps) {
 
 /** Why buttons do nothing, once for all of them. */
 export function Reason({ words }: { words: string | null }) {
-  return words === null ? null : <p class="hint note reason">{words}</p>;
+  return words === null || onlyWatches.value ? null : <p class="hint note reason">{words}</p>;
 }
 
 /** What still keeps a paused scan from going on; null if a person may resume it. */
@@ -83,6 +84,7 @@ function Paused({ scan, state }: { scan: ScanState; state: RigState }) {
 }
 
 function NewScan({ name }: { name: string }) {
+  if (onlyWatches.value) return null;
   return (
     <button type="button" onClick={() => (putAside.value = name)}>
       New scan
@@ -118,7 +120,11 @@ function Done({ scan }: { scan: ScanState }) {
         <span aria-hidden="true">✓</span>
         <span>
           <b>Done: {plural(scan.done, 'frame')}.</b>{' '}
-          {scan.measured ? 'The results are there.' : 'Measure it to get heights and a report.'}
+          {scan.measured
+            ? 'The results are there.'
+            : onlyWatches.value
+              ? ''
+              : 'Measure it to get heights and a report.'}
         </span>
       </div>
       <MeasureTask />
@@ -164,6 +170,12 @@ function planned({ planned: frames }: ScanState, plan_mm: [number, number] | nul
   return `${frames} frames, one every ${millimetres(length / (frames - 1))} mm, over ${millimetres(length)} mm`;
 }
 
+/** The time left; nobody knows it while the scan waits for something. */
+function left({ seconds_left, held_by, state }: ScanState): string {
+  if (state !== 'paused' && held_by.length > 0) return `waiting for ${holders(held_by)}`;
+  return timeLeft(seconds_left);
+}
+
 /** How far the scan is, what state it is in, and what can be done about it. */
 export function JobCard({ scan, state }: { scan: ScanState; state: RigState }) {
   const ended = scan.state === 'done' || scan.state === 'failed';
@@ -178,7 +190,7 @@ export function JobCard({ scan, state }: { scan: ScanState; state: RigState }) {
         name="Scan"
         done={scan.done}
         of={scan.planned}
-        words={ended ? counted : `${counted}, ${timeLeft(scan.seconds_left)}`}
+        words={ended ? counted : `${counted}, ${left(scan)}`}
       />
       {scan.state === 'paused' && <Paused scan={scan} state={state} />}
       {scan.state === 'failed' && <Failed scan={scan} />}

@@ -1,10 +1,12 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import { ClipSwitch } from '../components/ClipSwitch';
 import { ZoomButtons } from '../components/ZoomButtons';
 import { positionOf, valueAt } from '../colours/range';
 import { cssGradient } from '../colours/tables';
 import { percent, significant } from '../format/number';
 import { tickText } from '../map/scale_bar';
 import type { ScanState } from '../rig/api';
+import { clipMarks } from '../store/settings';
 import '../style/live_map.css';
 import { clipped } from './held_range';
 import { LiveCanvas } from './live_canvas';
@@ -59,6 +61,7 @@ function Tools() {
         <option value="disparity">Disparity (px)</option>
         <option value="sigma">Sigma (px)</option>
       </select>
+      <ClipSwitch />
       {range && (
         <span class="scan-held">
           <span class="muted">range held at stop {range.frames}</span>
@@ -81,6 +84,7 @@ function Bar() {
   const { low, high } = range;
   const scale = liveKind.value === 'sigma' ? 'log' : 'linear';
   const { under, over } = clipped(map.values, low, high);
+  const marks = clipMarks.value === 'on';
   const step = 10 ** Math.floor(Math.log10((high - low) / 50));
   const text = (value: number): string =>
     scale === 'log' ? significant(value, 2) : tickText(value, Math.min(step, 1));
@@ -96,7 +100,7 @@ function Bar() {
         {scale === 'log' && ', log'}
       </span>
       <div class="live-scale">
-        {over > 0 && <div class="stripes over" />}
+        {marks && over > 0 && <div class="stripes over" />}
         <div class="live-ticks">
           <div
             class="live-colours"
@@ -110,7 +114,7 @@ function Bar() {
             ))}
           </ol>
         </div>
-        {under > 0 && <div class="stripes under" />}
+        {marks && under > 0 && <div class="stripes under" />}
       </div>
       <span class="beyond">
         over {percent(over)}

@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
 import { rig, type Plan, type RigState, type SequenceEntry } from '../rig/api';
 import { openSection } from '../rig/profile_changes';
-import { order } from '../rig/store';
+import { onlyWatches, order } from '../rig/store';
 import '../style/plan.css';
 import { whyNotStart } from './control';
 import { Order, Reason, putAside } from './JobCard';
@@ -88,17 +88,16 @@ function ToProfile() {
   );
 }
 
-/** A name becomes that of a folder. */
-function nameMistake(name: string, taken: SequenceEntry[]): string | null {
-  if (name === '') return 'The sequence needs a name.';
-  if (/[/\\]/.test(name) || name.startsWith('.')) return 'A name has no slashes and no dot at its start.';
-  return taken.some((entry) => entry.name === name) ? 'There is a sequence of this name.' : null;
+/** A name becomes that of a folder: the server tells by which rule. */
+function nameMistake(name: string, { names }: Plan, taken: SequenceEntry[]): string | null {
+  if (!new RegExp(`^(?:${names.pattern})$`).test(name)) return names.words;
+  return taken.some((entry) => entry.name === name) ? 'there is a sequence of this name' : null;
 }
 
 function Start({ plan, taken }: { plan: Plan; taken: SequenceEntry[] }) {
   const [typed, setTyped] = useState<string | null>(null);
   const name = (typed ?? plan.name).trim();
-  const mistake = nameMistake(name, taken);
+  const mistake = nameMistake(name, plan, taken);
   const full = diskVerdict(plan.needs_bytes, plan.free_bytes) === 'bad';
   const reason = whyNotStart.value ?? (full ? 'The disk has too little room for this plan.' : null);
   return (
@@ -135,6 +134,7 @@ export function PlanView({ state }: { state: RigState }) {
   const sequences = useAsked(rig.sequences, when);
   return (
     <main class="scan-plan">
+      <h1 class="unseen">Scan</h1>
       <section class="plan-card" aria-label="Plan">
         <h2>Plan</h2>
         {plan.error !== null && (
@@ -143,10 +143,12 @@ export function PlanView({ state }: { state: RigState }) {
           </p>
         )}
         {plan.value ? <PlanTable plan={plan.value} /> : plan.error === null && <p class="hint">loading…</p>}
-        <p>
-          <ToProfile />
-        </p>
-        {plan.value && <Start plan={plan.value} taken={sequences.value ?? []} />}
+        {!onlyWatches.value && (
+          <p>
+            <ToProfile />
+          </p>
+        )}
+        {plan.value && !onlyWatches.value && <Start plan={plan.value} taken={sequences.value ?? []} />}
         {state.scan && (
           <button type="button" class="plain" onClick={() => (putAside.value = null)}>
             Back to {state.scan.name}

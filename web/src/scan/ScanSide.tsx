@@ -85,7 +85,7 @@ export function ScanSide({ scan, state }: { scan: ScanState; state: RigState }) 
   return (
     <div class="scan-side">
       <Places scan={scan} state={state} />
-      <Fold title="Last frame" brief={last ? `frame ${last.index}` : ''}>
+      <Fold title="Last frame" brief={last ? `frame ${last.index}, counted from 0` : ''}>
         <div class="last-frame">
           <LastFrame scan={scan} />
           {!scan.asked && <CameraPicture name="Last frame" live={false} />}

@@ -19,11 +19,12 @@ function Scan({ scan, state, ended }: { scan: ScanState; state: RigState; ended:
   }, [ended]);
   return (
     <main class="scan">
+      <h1 class="unseen">Scan</h1>
       <JobCard scan={scan} state={state} />
       {scan.asked ? <AskedCard asked={scan.asked} /> : <LiveMap scan={scan} />}
       <div class="scan-under">
         {scan.course.length > 0 && (
-          <Fold title="Sigma against frames">
+          <Fold title="Sigma against frames" brief="logarithmic">
             <SigmaCourse course={scan.course} />
           </Fold>
         )}
@@ -42,6 +43,7 @@ export function ScanView() {
   if (!state) {
     return (
       <main class="scan">
+        <h1 class="unseen">Scan</h1>
         <p class="hint" role="status">
           connecting…
         </p>

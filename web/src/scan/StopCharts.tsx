@@ -65,6 +65,7 @@ export function SigmaCourse({ course }: { course: ScanState['course'] }) {
       name="Median sigma of the live map against the frames that it was made of"
       xLabel="frames"
       yLabel="sigma (px)"
+      log
       x={x}
       curves={curves}
       height={120}

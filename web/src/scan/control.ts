@@ -2,7 +2,7 @@
 
 import { computed, signal } from '@preact/signals';
 import { hasToken, otherController, rigState } from '../rig/store';
-import { say } from '../store/actions';
+import { refuse, usedLast } from '../store/notices';
 
 /** Why this page may not give orders; null if it may. */
 export const whyNot = computed<string | null>(() => {
@@ -20,11 +20,12 @@ export const whyNotStart = computed<string | null>(() => {
 
 /** Sends an order; a refusal is told to the person. Tells whether it was taken. */
 export async function taken(sent: Promise<unknown>): Promise<boolean> {
+  const from = usedLast();
   try {
     await sent;
     return true;
   } catch (error) {
-    say(error instanceof Error ? error.message : String(error));
+    refuse(error, from);
     return false;
   }
 }

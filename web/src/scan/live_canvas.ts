@@ -9,7 +9,7 @@ import { Renderer, type Scene } from '../map/renderer';
 import { arraySource, type TileSource } from '../map/source';
 import { Tiles } from '../map/tiles';
 import { bounded, fitted, pixelAt, showing, zoomedAt, type Pixel, type Size, type View } from '../map/view';
-import { palette } from '../store/settings';
+import { clipMarks, palette } from '../store/settings';
 import { liveHover, liveKind, liveMap, livePair, livePin, liveRange, type Cell } from './live_map';
 
 const GUTTER: Gutter = { left: 40, top: 8, right: 4, bottom: 24 };
@@ -52,7 +52,14 @@ export class LiveCanvas implements MapHandle {
     this.endings.push(
       effect(() => {
         // Whatever the picture depends on.
-        void [livePair.value, liveKind.value, liveRange.value, livePin.value, liveHover.value];
+        void [
+          clipMarks.value,
+          livePair.value,
+          liveKind.value,
+          liveRange.value,
+          livePin.value,
+          liveHover.value,
+        ];
         void [palette.value, this.looked.value];
         this.redraw();
       }),
@@ -138,10 +145,6 @@ export class LiveCanvas implements MapHandle {
     if (this.looked.peek()) this.look(showing(this.view(), this.size, this.pixelOf(moved)));
   }
 
-  read(x: number, y: number): number | null {
-    return this.source ? this.tiles.read(this.source, x, y) : null;
-  }
-
   /** The middle of a cell, in px of the frame. */
   private pixelOf({ row, column }: Cell): Pixel {
     const { bin } = this.shape();
@@ -225,6 +228,7 @@ export class LiveCanvas implements MapHandle {
       source,
       range,
       log: liveKind.peek() === 'sigma',
+      marksClipped: clipMarks.peek() === 'on',
       colours: liveKind.peek() === 'sigma' ? 'magma' : 'viridis',
       codes: null,
       hillshade: false,

@@ -2,20 +2,10 @@
 
 import { signal } from '@preact/signals';
 import { api } from '../api';
+import { refuse, say } from './notices';
 import { link } from './selection';
 
 export const keySheetOpen = signal(false);
-
-/** A short word to the person, for example "link copied"; gone after some seconds. */
-export const notice = signal<string | null>(null);
-
-let timer: ReturnType<typeof setTimeout> | undefined;
-
-export function say(words: string): void {
-  notice.value = words;
-  clearTimeout(timer);
-  timer = setTimeout(() => (notice.value = null), 4000);
-}
 
 export async function copyLink(): Promise<void> {
   const text = link();
@@ -39,7 +29,7 @@ export async function openReport(): Promise<void> {
     else save(report, 'report.html');
   } catch (error) {
     tab?.close();
-    say(error instanceof Error ? error.message : String(error));
+    refuse(error);
   }
 }
 

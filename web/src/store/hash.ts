@@ -26,7 +26,8 @@ export interface Selection {
   pin: Pin | null;
   line: LineSelection | null;
   region: Region | null;
-  view: View | null;
+  /** Where the map is looked at; null for what has answers. */
+  view: View | 'all' | null;
   colours: Colours | null;
   range: Range;
   frame: number | null;
@@ -58,6 +59,11 @@ function rangeText(range: Range): string | null {
   return range.mode === 'hand' ? `${short(range.low, 6)},${short(range.high, 6)}` : null;
 }
 
+function viewText(view: Selection['view']): string | null {
+  if (view === null || view === 'all') return view;
+  return [short(view.x, 6), short(view.y, 6), short(view.zoom, 4)].join(',');
+}
+
 /** The fragment of the address, with its `#`. */
 export function toHash(selection: Selection): string {
   const { pin, line, view } = selection;
@@ -65,7 +71,7 @@ export function toHash(selection: Selection): string {
     ['p', pin && `${pin.x},${pin.y}`],
     ['l', line && [line.x0, line.y0, line.x1, line.y1, line.width].join(',')],
     ['a', selection.region && selection.region.join(',')],
-    ['v', view && [short(view.x, 6), short(view.y, 6), short(view.zoom, 4)].join(',')],
+    ['v', viewText(view)],
     ['m', selection.colours],
     ['r', rangeText(selection.range)],
     ['f', selection.frame === null ? null : String(selection.frame)],
@@ -90,6 +96,12 @@ function readRange(text: string | null): Range {
     : { mode: 'auto' };
 }
 
+function readView(text: string | null): Selection['view'] {
+  if (text === 'all') return text;
+  const [x, y, zoom] = numbers(text, 3) ?? [];
+  return zoom !== undefined && zoom > 0 ? { x: x!, y: y!, zoom } : null;
+}
+
 const COLOURS: Colours[] = ['viridis', 'cividis', 'magma', 'grey', 'vik'];
 
 /** Reads a fragment. What it does not understand is left out. */
@@ -100,7 +112,6 @@ export function fromHash(hash: string): Selection {
   const pin = numbers(values.get('p'), 2)?.map(Math.round);
   const line = numbers(values.get('l'), 5);
   const region = numbers(values.get('a'), 4);
-  const view = numbers(values.get('v'), 3);
   const frame = numbers(values.get('f'), 1);
   const kind = values.get('k');
   return {
@@ -108,7 +119,7 @@ export function fromHash(hash: string): Selection {
     pin: pin ? { x: pin[0]!, y: pin[1]! } : null,
     line: line ? { x0: line[0]!, y0: line[1]!, x1: line[2]!, y1: line[3]!, width: line[4]! } : null,
     region: region ? [region[0]!, region[1]!, region[2]!, region[3]!] : null,
-    view: view && view[2]! > 0 ? { x: view[0]!, y: view[1]!, zoom: view[2]! } : null,
+    view: readView(values.get('v')),
     colours: COLOURS.find((name) => name === values.get('m')) ?? null,
     range: readRange(values.get('r')),
     frame: frame ? Math.round(frame[0]!) : null,

@@ -1,20 +1,22 @@
 // The questions that follow from the selection: what is at the pin, along the line, in the region.
 
-import { computed, effect, signal } from '@preact/signals';
+import { computed, effect, signal, type ReadonlySignal } from '@preact/signals';
 import {
   api,
   type Framed,
   type LineInfo,
+  type OneValue,
   type PixelInfo,
   type RowCost,
   type SurfaceQuestion,
   type SurfaceSummary,
 } from '../api';
 import type { LineSelection, Pin } from './hash';
-import { latest } from './latest';
+import { field } from '../map/field';
+import { latest, type Latest } from './latest';
 import { mask } from './mask';
 import { results } from './results';
-import { line, panel, pin, region } from './selection';
+import { drawing, hover, line, panel, pin, region } from './selection';
 
 export const pixel = latest<Pin, Framed<PixelInfo>>(({ x, y }, abort) => api.pixel(x, y, abort));
 export const profile = latest<LineSelection, LineInfo>((ends, abort) => api.line({ ...ends }, abort), 150);
@@ -37,12 +39,53 @@ export const surface = latest<SurfaceQuestion, SurfaceSummary>(
 /** The form that is removed before steps and roughness are found. */
 export const trend = signal('quadric');
 
+const look = (): Latest<string, OneValue> => latest(api.value, 60);
+
+/** The value of what is shown at the pin, and under the pointer. */
+export const atPin = look();
+export const atPointer = look();
+
+/** How the server is asked for a pixel of what is shown. */
+export function pixelOf(shown: string, { x, y }: Pin): string {
+  return `${shown}&x=${x}&y=${y}`;
+}
+
+// Texts, so that a new range, for example, asks nothing again.
+const askedAt = (at: ReadonlySignal<Pin | null>): ReadonlySignal<string | null> =>
+  computed(() => {
+    const shown = field.value?.asked ?? null;
+    return at.value && shown !== null ? pixelOf(shown, at.value) : null;
+  });
+const [pinAsked, pointerAsked] = [askedAt(pin), askedAt(hover)];
+
+/** Asks when what is asked of has changed. While a line or a region is drawn, its every place would be a question. */
+function askAtRest<T extends readonly unknown[]>(of: () => T, ask: (now: T) => void): void {
+  let before: readonly unknown[] = [];
+  effect(() => {
+    const now = of();
+    if (drawing.value || now.every((one, index) => index in before && one === before[index])) return;
+    before = now;
+    ask(now);
+  });
+}
+
 export function followSelection(): void {
   effect(() => pixel.ask(results.value?.results ? pin.value : null));
-  effect(() => profile.ask(results.value?.results ? line.value : null));
   effect(() => {
-    const asked = { region: region.value, mask: mask.value, trend: trend.value };
-    surface.ask((asked.region || asked.mask) && results.value?.geometry ? asked : null);
+    void results.value?.id;
+    atPin.ask(pinAsked.value);
   });
+  effect(() => atPointer.ask(pointerAsked.value));
+  askAtRest(
+    () => [results.value, line.value] as const,
+    ([held, ends]) => profile.ask(held?.results ? ends : null),
+  );
+  askAtRest(
+    () => [results.value, region.value, mask.value, trend.value] as const,
+    ([held, part, inside, form]) => {
+      const asked = { region: part, mask: inside, trend: form };
+      surface.ask((part || inside) && held?.geometry ? asked : null);
+    },
+  );
   effect(() => rowCost.ask(panel.value === 'row-cost' && pin.value ? pin.value.y : null));
 }

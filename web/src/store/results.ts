@@ -1,8 +1,9 @@
 // What the server holds: loaded once, then read by all panes.
 
 import { computed, signal } from '@preact/signals';
-import { api, type About, type Results, type Trend } from '../api';
+import { api, askAbout, onOutdated, type About, type Results, type Trend } from '../api';
 import { lengthUnit, shownUnit, type LengthUnit } from '../format/lengths';
+import { say } from './notices';
 import { mode } from './route';
 import { select, selection } from './selection';
 
@@ -44,6 +45,7 @@ export async function load(): Promise<void> {
     mode.value = told.mode;
     // `epirig ui` may have no sequence yet.
     const held = told.sequence === null && told.mode === 'ui' ? null : await api.results();
+    askAbout(held?.id ?? null);
     results.value = held;
     if (held) keepWithin(held);
     trends.value = held?.geometry ? await api.trends() : [];
@@ -51,3 +53,19 @@ export async function load(): Promise<void> {
     loadError.value = error instanceof Error ? error.message : String(error);
   }
 }
+
+let loading = false;
+
+/** Loads the results anew if there are others by now: after another match, or if another page has opened some. */
+export async function follow(): Promise<void> {
+  if (loading) return;
+  loading = true;
+  const { results: id } = await api.about().catch(() => ({ results: undefined }));
+  if (id !== undefined && id !== (results.peek()?.id ?? null)) {
+    await load();
+    say('The results have changed; these are the new ones.');
+  }
+  loading = false;
+}
+
+onOutdated(() => void follow());

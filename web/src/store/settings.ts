@@ -15,6 +15,8 @@ export const letterKeys = kept('epirig-letter-keys', ['on', 'off'] as const, 'on
 
 export const hillshade = signal(false);
 export const maskHatch = signal(true);
+/** Whether values beyond the range are striped; else they have the colour of its end. */
+export const clipMarks = kept('epirig-clip-marks', ['off', 'on'] as const, 'off');
 /** Opacity of the photograph over the map, from 0 to 1. */
 export const photo = signal(0);
 /** How much too large heights are in 3-D; null for as much as shows the relief. */

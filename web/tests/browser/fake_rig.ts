@@ -116,6 +116,10 @@ export class FakeRig {
   controls = startControls();
   sequences: SequenceEntry[] = [entry('set-0411', false), entry('mock-0042', true)];
   orders: Order[] = [];
+  /** Orders that were refused for want of a token. */
+  refused: string[] = [];
+  /** Why all orders are refused, if they are. */
+  refusal: string | null = null;
   wishes: Wish[] = [];
   /** While true no pictures are sent. */
   frozen = false;
@@ -185,10 +189,14 @@ export class FakeRig {
       const path = new URL(request.url()).pathname.replace('/api/', '');
       if (request.method() === 'GET') return route.fulfill({ json: this.answer(path) });
       const asked = request.postDataJSON() as Record<string, unknown>;
-      if (!this.token) {
+      if (!this.token && path !== 'rig/stop') {
+        this.refused.push(path);
         return route.fulfill({ status: 401, json: { error: { message: 'The token is missing.' } } });
       }
       this.orders.push({ path, asked });
+      if (this.refusal !== null) {
+        return route.fulfill({ status: 400, json: { error: { message: this.refusal } } });
+      }
       return route.fulfill({ json: this.obey(path, asked) });
     });
     await this.page.routeWebSocket(/\/api\/rig\/state/, (socket) => {

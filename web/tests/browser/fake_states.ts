@@ -104,6 +104,11 @@ export function scanning(change: Partial<ScanState> = {}): RigState {
 
 export const PLAN: Plan = {
   name: 'tile-0414',
+  // As the server tells it.
+  names: {
+    pattern: '[A-Za-z0-9](?:[A-Za-z0-9_.\\-]{0,78}[A-Za-z0-9_\\-])?',
+    words: 'a name has at most 80 characters: a to z, A to Z, 0 to 9, and inside of it also - _ and .',
+  },
   folder: '/data',
   frames: 101,
   start_mm: 0,

@@ -33,6 +33,7 @@ test('a mask chosen by file is sent, shown, and cleared', async ({ page }) => {
       region: null,
       mask: { name: 'object.png', base64: BYTES.toString('base64') },
       trend: 'quadric',
+      of: expect.any(String),
     },
   ]);
   const { violations } = await new AxeBuilder({ page }).include('[role=tabpanel]').analyze();

@@ -1,8 +1,8 @@
 import { expect, test } from '@playwright/test';
 import { readFile } from 'node:fs/promises';
-import { measured, significant } from '../../src/format/number';
+import { measured, plainly } from '../../src/format/number';
 import { lengthUnit } from '../../src/format/lengths';
-import { codeAt, heightAt, sigmaMmAt } from '../mock/truth';
+import { codeAt, disparityAt, frameAt, heightAt, REFERENCE, sigmaMmAt, sigmaPxAt } from '../mock/truth';
 import {
   centre,
   foundPixel,
@@ -17,7 +17,7 @@ import {
   valueOf,
 } from './page';
 import { stopClock } from './clock';
-import { drawn, quiet } from './quiet';
+import { quiet } from './quiet';
 
 test('a click pins exactly the pixel under the pointer and shows its value', async ({ page }) => {
   await open(page);
@@ -217,35 +217,139 @@ test('no request leaves the server, and nothing is refused', async ({ page }) =>
   expect(faults).toEqual([]);
 });
 
-test('the pointer reads values from the tiles, without a request', async ({ page }) => {
+test('pin and pointer tell the value of what is shown, of that pixel, with its name', async ({ page }) => {
   test.skip(!!REAL, 'the truth is that of the mock server');
-  await open(page, 'results/height?v=452.5,150.5,16');
-  const { x, y } = await centre(page);
-  const asked: string[] = [];
-  page.on('request', (request) => asked.push(request.url()));
-  await page.mouse.move(x, y);
-  await expect(page.locator('.at-pointer')).toContainText('pointer (452, 150)');
-  await expect(page.locator('.at-pointer')).toContainText(significant(heightAt(452, 150), 4));
-  await quiet(page);
-  expect(asked.filter((address) => !address.endsWith('/about'))).toEqual([]);
+  // All of the map is on the screen: a pixel of the screen is the mean of some of the map.
+  await open(page, 'results/height?v=all&p=452,150');
+  const pointer = page.locator('.at-pointer');
+  const look = async (): Promise<{ x: number; y: number }> => {
+    const { x, y } = await centre(page);
+    await page.mouse.move(x + 41, y - 33);
+    await expect(pointer).not.toContainText('\u2026');
+    const place = /\((\d+), (\d+)\)/.exec((await pointer.textContent())!)!;
+    return { x: Number(place[1]), y: Number(place[2]) };
+  };
+  const texts: [map: string, name: string, text: (x: number, y: number) => string][] = [
+    ['height', 'Height', (x, y) => measured(heightAt(x, y), sigmaMmAt(x, y), 'mm')],
+    ['height-sigma', 'Sigma of the height', (x, y) => `${plainly(Math.fround(sigmaMmAt(x, y)))} mm`],
+    ['disparity', 'Disparity', (x, y) => measured(disparityAt(x, y), sigmaPxAt(x, y), 'px')],
+    ['mask', 'Mask', () => 'found'],
+  ];
+  for (const [map, name, text] of texts) {
+    await page.getByRole('combobox', { name: 'Map' }).selectOption(map);
+    await expect(valueOf(page)).toContainText(`(452, 150)  ${text(452, 150)}`);
+    await expect(valueOf(page)).toContainText(name);
+    const { x, y } = await look();
+    await expect(pointer).toHaveText(`pointer (${x}, ${y})  ${text(x, y)}`);
+  }
+  await page.getByRole('combobox', { name: 'Map' }).selectOption('frame');
+  await expect(valueOf(page)).toContainText(`${plainly(frameAt(REFERENCE, 452, 150))} DN`);
+  await expect(valueOf(page)).toContainText(`Frame ${REFERENCE}`);
+  const { x, y } = await look();
+  await expect(pointer).toContainText(`${plainly(frameAt(REFERENCE, x, y))} DN`);
 });
 
-test('a pointer that rests gets its value when the tile has come', async ({ page }) => {
-  test.skip(!!REAL, 'the truth is that of the mock server');
-  let release = (): void => undefined;
-  const released = new Promise<void>((done) => (release = done));
-  await page.route('**/api/maps/**', async (route) => {
-    await released;
-    await route.continue();
+test('a region is answered at once, whatever panel is open, and its drag asks once', async ({ page }) => {
+  await open(page, 'results/height?s=pixel');
+  const { x, y } = await centre(page);
+  const asked: string[] = [];
+  page.on('request', (request) => {
+    if (/api\/(surface|line)\b/.test(request.url())) asked.push(request.url());
   });
-  await open(page, 'results/height?v=452.5,150.5,16');
-  await expect(page.locator('.map-values')).toHaveAttribute('style', /width/);
-  await drawn(page);
-  const box = (await page.locator('.map-values').boundingBox())!;
-  await page.mouse.move(box.x + Math.round(box.width) / 2, box.y + Math.round(box.height) / 2);
-  await expect(page.locator('.at-pointer')).toHaveText('pointer (452, 150)');
-  release();
-  await expect(page.locator('.at-pointer')).toContainText(significant(heightAt(452, 150), 4));
+  for (const key of ['Alt', 'Shift']) {
+    await page.keyboard.down(key);
+    await page.mouse.move(x - 60, y - 50);
+    await page.mouse.down();
+    for (let by = 0; by <= 20; by += 1) await page.mouse.move(x - 60 + 6 * by, y - 50 + 5 * by);
+    await page.mouse.up();
+    await page.keyboard.up(key);
+    await quiet(page);
+  }
+  expect(asked.map((address) => /surface|line/.exec(address)![0])).toEqual(['surface', 'line']);
+  const panel = page.getByRole('tabpanel', { name: 'Steps' });
+  await expect(panel).toContainText('region');
+  await expect(panel.getByRole('button', { name: 'Clear' })).toBeVisible();
+});
+
+test('the budget of the uncertainty is readable at any width', async ({ page }) => {
+  for (const [width, height] of [
+    [1280, 720],
+    [1024, 768],
+    [820, 1180],
+    [390, 844],
+  ] as const) {
+    await page.setViewportSize({ width, height });
+    await open(page, 'results/height?s=steps');
+    const table = page.getByRole('region', { name: 'Uncertainty budget' });
+    await expect(table).toBeVisible();
+    const over = await table.evaluate((box) => box.scrollWidth - box.clientWidth);
+    expect(over, `${width} px`).toBeLessThanOrEqual(0);
+    const cells = await table.locator('td').evaluateAll((all) =>
+      all.every((cell) => {
+        const { left, right } = cell.getBoundingClientRect();
+        return left >= 0 && right <= innerWidth && cell.scrollWidth <= cell.clientWidth;
+      }),
+    );
+    expect(cells, `${width} px`).toBe(true);
+  }
+});
+
+test('the map starts with what has answers, and shows all when asked', async ({ page }) => {
+  test.skip(!!REAL, 'the truth is that of the mock server');
+  await page.route('**/api/results', async (route) => {
+    const reply = await route.fetch();
+    await route.fulfill({ json: { ...(await reply.json()), answered_px: [300, 200, 400, 280] } });
+  });
+  await open(page);
+  const at = async (): Promise<number[]> => {
+    const { x, y } = await centre(page);
+    await page.mouse.move(x, y);
+    const place = /\((\d+), (\d+)\)/.exec((await page.locator('.at-pointer').textContent())!)!;
+    return [Number(place[1]), Number(place[2])];
+  };
+  const near = async (x: number, y: number): Promise<void> => {
+    await expect
+      .poll(async () => {
+        const found = await at();
+        return Math.hypot(found[0]! - x, found[1]! - y);
+      })
+      .toBeLessThan(2);
+  };
+  await near(350, 240);
+  await page.getByRole('button', { name: 'Show all' }).click();
+  await near(320, 240);
+  await expect.poll(() => page.url()).toContain('v=all');
+});
+
+test('results that have changed are loaded anew, and none of the former is shown beside them', async ({
+  page,
+}) => {
+  test.skip(!!REAL, 'the mock server has one match');
+  await open(page, 'results/height?p=300,240');
+  await expect(valueOf(page)).toContainText('mm');
+  const tiles: string[] = [];
+  // Another match takes the place of the one on the page.
+  await page.route(/\/api\//, async (route) => {
+    const address = new URL(route.request().url());
+    if (address.searchParams.get('of') === 'mock') {
+      await route.fulfill({ status: 409, json: { error: { message: 'these are other results' } } });
+    } else if (/api\/(about|results)$/.test(address.pathname)) {
+      const known = (await (await route.fetch()).json()) as object;
+      const change = address.pathname.endsWith('about') ? { results: 'other' } : { id: 'other' };
+      await route.fulfill({ json: { ...known, ...change } });
+    } else {
+      if (/maps\//.test(address.pathname)) tiles.push(address.searchParams.get('of')!);
+      await route.continue();
+    }
+  });
+  await page.locator('#map').press('ArrowRight');
+  await expect(page.getByRole('status', { name: 'Notice' })).toContainText('results have changed');
+  await expect(valueOf(page)).toContainText('(301, 240)');
+  await expect(valueOf(page)).toContainText('mm');
+  await quiet(page);
+  expect(tiles.length).toBeGreaterThan(0);
+  expect(new Set(tiles)).toEqual(new Set(['other']));
+  await page.unrouteAll({ behavior: 'ignoreErrors' });
 });
 
 test('frames are shown in the map, and the map comes back', async ({ page }) => {
@@ -285,7 +389,7 @@ test.describe('touch', () => {
 });
 
 test('the report opens in a tab of its own', async ({ page }) => {
-  await page.route('**/api/download/surface/report.html', (route) =>
+  await page.route('**/api/download/surface/report.html*', (route) =>
     route.fulfill({ body: '<h1>Report of a tile</h1>', contentType: 'application/octet-stream' }),
   );
   await open(page);

@@ -233,14 +233,14 @@ async function hide(page: Page, hidden: boolean): Promise<void> {
 }
 
 test.describe('states', () => {
-  test('without a token everything is shown and off', async ({ page }) => {
+  test('without a token everything is shown, and what would be refused is not', async ({ page }) => {
     await opened(page, { token: false });
-    await expect(page.locator('.who')).toHaveText(/watching$/);
-    await expect(page.locator('.job')).toContainText('only watches');
+    await expect(page.locator('.who')).toHaveText(/watching: this page can only look and stop$/);
     for (const name of ['Move +0.1 mm', 'Hold to move right', 'Home (hold)', 'Go', 'Run short']) {
-      await expect(page.getByRole('button', { name, exact: true })).toBeDisabled();
+      await expect(page.getByRole('button', { name, exact: true })).toHaveCount(0);
     }
-    await expect(page.getByRole('spinbutton', { name: /^Exposure/ })).toBeDisabled();
+    await expect(page.getByRole('spinbutton', { name: /^Exposure/ })).toHaveCount(0);
+    await expect(page.getByText('Exposure: 8 ms')).toBeVisible();
     await expect(page.getByRole('button', { name: 'Take control' })).toHaveCount(0);
   });
 
@@ -410,6 +410,16 @@ test.describe('controls', () => {
     await page.getByRole('spinbutton', { name: 'go to' }).fill('40');
     await page.getByRole('button', { name: 'Go', exact: true }).click();
     await expect.poll(() => rig.sent('rig/go')[0]?.asked.mm).toBe(40);
+    // Enter goes, too, and only once; not beyond the travel.
+    await page.getByRole('spinbutton', { name: 'go to' }).fill('41.5');
+    await page.keyboard.press('Enter');
+    await expect.poll(() => rig.sent('rig/go')[1]?.asked.mm).toBe(41.5);
+    await page.getByRole('spinbutton', { name: 'go to' }).fill('4000');
+    await page.keyboard.press('Enter');
+    await expect(page.getByRole('alert')).toContainText('the stage goes from 0 to 100 mm');
+    await rig.heard();
+    expect(rig.sent('rig/go').length).toBe(2);
+    await page.getByRole('button', { name: 'Go', exact: true }).focus();
     await page.keyboard.press('t');
     await expect.poll(() => rig.sent('rig/target')[0]?.asked.on).toBe(true);
     await page.getByRole('button', { name: 'Run short' }).click();

@@ -4,6 +4,7 @@ import * as truth from './truth';
 import type {
   LineInfo,
   MapInfo,
+  OneValue,
   PixelInfo,
   Results,
   RowCost,
@@ -65,6 +66,7 @@ function infoFrom(map: truth.MapTruth): MapInfo {
     share_valid: valid.length / (ROWS * COLUMNS),
     low: quantile(0.005),
     high: quantile(0.995),
+    widened: false,
     minimum,
     maximum,
     histogram: { low: minimum, high: maximum, counts },
@@ -158,6 +160,7 @@ export const SURFACE: SurfaceSummary = {
 
 export function results(): Results {
   return {
+    id: 'mock',
     sequence: {
       name: 'mock-0042',
       uid: 'f00d',
@@ -196,6 +199,7 @@ export function results(): Results {
     others: ['look'],
     geometry: { pixel_mm: PIXEL_MM, distance_mm: 300, origin_px: [0, 0] },
     surface: SURFACE,
+    answered_px: [0, 0, 616, ROWS],
     maps: truth.MAPS.map(infoOf),
     frames: {
       count: FRAMES,
@@ -268,6 +272,22 @@ export function pixel(x: number, y: number): [PixelInfo, Float32Array] {
     },
     epi,
   ];
+}
+
+/** One value of a map or a frame; null if there is no such map. */
+export function value(query: URLSearchParams): OneValue | null {
+  const [x, y] = [Number(query.get('x')), Number(query.get('y'))];
+  const frame = query.get('frame');
+  if (frame !== null) return { value: truth.frameAt(Number(frame), x, y), sigma: null, reason: null };
+  const map = truth.MAPS.find(({ id }) => id === query.get('map'));
+  if (!map) return null;
+  const at = map.at(x, y);
+  const sigmas: Record<string, (x: number, y: number) => number> = {
+    height: truth.sigmaMmAt,
+    disparity: truth.sigmaPxAt,
+  };
+  if (!Number.isFinite(at)) return { value: null, sigma: null, reason: REASONS[truth.codeAt(x, y)]! };
+  return { value: Math.fround(at), sigma: sigmas[map.id]?.(x, y) ?? null, reason: null };
 }
 
 export function rowCost(y: number): [RowCost, Float32Array] {

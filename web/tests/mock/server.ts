@@ -59,6 +59,7 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
         mode: ui ? 'ui' : 'view',
         rig: ui,
         may_control: ui,
+        results: 'mock',
         sequence: query.has('sequence') ? query.get('sequence') || null : 'mock-0042',
       });
     }
@@ -72,6 +73,11 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
     }
     case 'pixel':
       return sendFramed(reply, replies.pixel(number('x'), number('y')));
+    case 'value': {
+      const value = replies.value(query);
+      if (value) return sendJson(reply, value);
+      return sendJson(reply, { error: { message: 'There is no such map.' } }, 404);
+    }
     case 'row-cost':
       return sendFramed(reply, replies.rowCost(number('y')));
     case 'line':

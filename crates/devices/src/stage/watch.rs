@@ -1,29 +1,60 @@
 //! The true position of a simulated carriage.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// A shared view of the true position of a simulated carriage, and of the stage's time.
+/// A shared view of the true position of a simulated carriage, and of the stage's time. A stage in memory that is
+/// connected again finds itself there as it was left.
 #[derive(Debug, Clone, Default)]
-pub struct StagePosition(Arc<Mutex<(f64, Duration)>>);
+pub struct StagePosition(Arc<Mutex<Carriage>>);
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Carriage {
+    position_mm: f64,
+    elapsed: Duration,
+    left: Option<Screw>,
+}
+
+/// Motor, nut and slip of a stage in memory that was homed, in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Screw {
+    pub(super) motor_mm: f64,
+    pub(super) nut_mm: f64,
+    pub(super) slipped_mm: f64,
+}
 
 impl StagePosition {
     /// Position of the carriage, in mm from home.
     pub fn get_mm(&self) -> f64 {
-        self.get().0
+        self.get().position_mm
     }
 
     /// Simulated time since the stage was made.
     pub fn elapsed(&self) -> Duration {
-        self.get().1
+        self.get().elapsed
     }
 
     /// Sets the position of the carriage, `elapsed` after the stage was made: for stages simulated elsewhere.
     pub fn set(&self, position_mm: f64, elapsed: Duration) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = (position_mm, elapsed);
+        let mut carriage = self.held();
+        (carriage.position_mm, carriage.elapsed) = (position_mm, elapsed);
     }
 
-    fn get(&self) -> (f64, Duration) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Keeps how a stage in memory was left; `None` if it does not know its position.
+    pub(super) fn leave(&self, screw: Option<Screw>) {
+        self.held().left = screw;
+    }
+
+    /// How a stage in memory was left.
+    pub(super) fn left(&self) -> Option<Screw> {
+        self.held().left
+    }
+
+    fn held(&self) -> MutexGuard<'_, Carriage> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn get(&self) -> Carriage {
+        *self.held()
     }
 }

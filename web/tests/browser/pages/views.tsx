@@ -5,7 +5,8 @@ import { render } from 'preact';
 import { ProfileForm } from '../../../src/rig/ProfileForm';
 import { followRig } from '../../../src/rig/store';
 import { ScanView } from '../../../src/scan/ScanView';
-import { notice } from '../../../src/store/actions';
+import { Notices } from '../../../src/components/Notices';
+import { followUse } from '../../../src/store/notices';
 import { applyTheme } from '../../../src/store/settings';
 import { takeToken } from '../../../src/store/token';
 import '../../../src/style/base.css';
@@ -22,10 +23,8 @@ function View() {
     <>
       <header class="bar">
         <strong>epirig</strong>
-        <span role="status" aria-label="Notice">
-          {notice.value}
-        </span>
       </header>
+      <Notices />
       {profile ? (
         <main
           style={{ flex: 1, minHeight: 0, overflowY: 'auto', padding: '8px 12px 0', maxWidth: '640px' }}
@@ -42,5 +41,6 @@ function View() {
 takeToken();
 applyTheme();
 followRig();
+followUse();
 const page = document.getElementById('page');
 if (page) render(<View />, page);

@@ -9,6 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use super::watch::Screw;
 use super::{
     Axis, CheckedStage, Homed, Kinematics, Motion, PositionSettings, StageError, StageIdentity,
     StagePosition, StageState, StopSwitch, Urgency,
@@ -166,6 +167,23 @@ impl SimAxis {
         Self { in_real_time: true, ..self }
     }
 
+    /// The same, as its watchers' former stage was left: a machine that was homed stays so when it is connected
+    /// again.
+    fn as_left(self) -> Self {
+        match self.carriage.left() {
+            None => self,
+            Some(Screw { motor_mm, nut_mm, slipped_mm }) => {
+                Self { homed: true, motor_mm, nut_mm, slipped_mm, ..self }
+            }
+        }
+    }
+
+    /// Keeps how the machine stands now, for the next connection.
+    fn leave(&self) {
+        let Self { motor_mm, nut_mm, slipped_mm, .. } = *self;
+        self.carriage.leave(self.homed.then_some(Screw { motor_mm, nut_mm, slipped_mm }));
+    }
+
     /// Moves to a position of the motor; if that is stopped on its way, returns how urgent the stop was.
     fn turn_to(&mut self, motor_mm: f64) -> Option<Urgency> {
         let start = Start { motor_mm: self.motor_mm, slipped_mm: self.slipped_mm, elapsed: self.elapsed };
@@ -228,6 +246,7 @@ impl SimAxis {
             if self.config.position_noise_um > 0.0 { self.random.sample(StandardNormal) } else { 0.0 };
         let astray_um = self.drift_um(self.elapsed) + self.config.position_noise_um * noise;
         self.carriage.set(self.nut_mm + astray_um / UM_PER_MM, self.elapsed);
+        self.leave();
     }
 }
 
@@ -265,6 +284,7 @@ impl Axis for SimAxis {
         // To the switch, and off it upwards, which removes the backlash.
         if self.turn_to(0.0).is_some() {
             self.homed = false;
+            self.leave();
             return Err(StageError::Stopped { position_mm: None });
         }
         let shift_mm = self.homed.then_some(-self.slipped_mm);
@@ -284,6 +304,7 @@ impl Axis for SimAxis {
         };
         // Without a ramp steps may be lost.
         self.homed &= urgency == Urgency::Soon;
+        self.leave();
         Err(StageError::Stopped { position_mm: self.homed.then_some(self.motor_mm) })
     }
 

@@ -1,7 +1,8 @@
 //! What a stage in memory does, in simulated and in real time.
 
 use super::*;
-use crate::stage::{Stage as _, Urgency};
+use crate::stage::{Connection, Stage as _, StageDriver as _, Urgency, WhenMoving};
+use epirig_core::settings::Settings;
 
 fn homed(config: SimStageConfig) -> (SimStage, StagePosition) {
     let mut stage = SimStage::new(config);
@@ -200,4 +201,31 @@ fn real_time_changes_no_place_and_no_duration() {
     };
     let simulated = run(SimStage::new(config.clone()));
     assert_eq!(run(SimStage::new(config).in_real_time()), simulated);
+}
+
+#[test]
+fn a_stage_that_is_connected_again_stands_as_it_was_left() {
+    let settings = Settings::default();
+    let connect = |watch: &StagePosition| {
+        let mut connection = Connection {
+            open_line: &mut |_| unreachable!("a stage in memory has no line"),
+            watch: watch.clone(),
+            seed: 3,
+            in_real_time: false,
+            when_moving: WhenMoving::Wait,
+        };
+        CheckedStage::over(Simulated.connect(&mut connection, &settings).unwrap())
+    };
+    let watch = StagePosition::default();
+    let mut stage = connect(&watch);
+    assert_eq!(stage.state().unwrap().position_mm, None, "a new machine is not homed");
+    stage.home().unwrap();
+    stage.move_to(12.5).unwrap();
+    drop(stage);
+    let mut again = connect(&watch);
+    assert_eq!(again.position_mm(), Ok(12.5));
+    again.move_to(13.0).unwrap();
+    assert_eq!(watch.get_mm(), 13.0);
+    // It is another machine that nobody has watched.
+    assert_eq!(connect(&StagePosition::default()).position_mm(), Err(StageError::NotHomed));
 }
