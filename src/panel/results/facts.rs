@@ -178,33 +178,6 @@ fn answered(map: &Grid<f32>) -> Option<[usize; 4]> {
     Some([x0, y0, x1, y1])
 }
 
-/// The part of a map that has values. On each side it leaves out as much as holds one value in a thousand: single
-/// pixels far off are no part of an object.
-fn answered(map: &Grid<f32>) -> Option<[usize; 4]> {
-    let (mut by_column, mut by_row) = (vec![0; map.columns()], vec![0; map.rows()]);
-    for (y, in_row) in by_row.iter_mut().enumerate() {
-        for (x, _) in map.row(y).iter().enumerate().filter(|(_, value)| value.is_finite()) {
-            by_column[x] += 1;
-            *in_row += 1;
-        }
-    }
-    let few = by_row.iter().sum::<usize>() / 1000;
-    // How many counts at the beginning hold no more than that together.
-    let left_out = |counts: &mut dyn Iterator<Item = &usize>| {
-        let sums = counts.scan(0, |sum, count| {
-            *sum += count;
-            Some(*sum)
-        });
-        sums.take_while(|sum| *sum <= few).count()
-    };
-    let ends = |counts: &[usize]| {
-        let (before, after) = (left_out(&mut counts.iter()), left_out(&mut counts.iter().rev()));
-        (before < counts.len()).then(|| (before, counts.len() - after))
-    };
-    let ((x0, x1), (y0, y1)) = (ends(&by_column)?, ends(&by_row)?);
-    Some([x0, y0, x1, y1])
-}
-
 fn origin(origin: &Origin) -> String {
     match origin {
         Origin::Captured { stage, camera, .. } => format!("captured with {camera} and {stage}"),

@@ -90,7 +90,7 @@ impl Records {
             record: from(json!({
                 "format": 2, "uid": "uid-1", "program": HOSTILE, "created": "2026-01-02T03:04:05Z",
                 "origin": {
-                    "kind": "captured", "stage": HOSTILE, "camera": HOSTILE,
+                    "kind": "captured", "stage": HOSTILE, "stage_settings": {(HOSTILE): 1.0}, "camera": HOSTILE,
                     "configuration": {
                         "format": "GREY", "columns": 8, "rows": 8, "exposure_us": 10000.0, "controls": {(HOSTILE): 3}, "averaged": 1
                     }

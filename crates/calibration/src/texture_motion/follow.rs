@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::TextureMotionError;
+use super::frames::Frames;
 use super::point::{Scratch, Template, squares};
 use super::search::{Found, Looked, rho_of, some_of, turned, wider};
-use super::{Frames, TextureMotionError};
 use crate::block::Block;
 
 /// Side of a point's square, in px; and in pictures that have less than three times as many rows.

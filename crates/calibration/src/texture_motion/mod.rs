@@ -16,15 +16,16 @@
 mod adjust;
 mod error;
 mod follow;
+mod frames;
 mod point;
 mod search;
 #[cfg(test)]
 mod tests;
 
 pub use error::TextureMotionError;
+pub use frames::Frames;
 
 use adjust::Adjusted;
-use epirig_core::grid::Grid;
 use epirig_core::statistics::{median, root_mean_square};
 use search::Found;
 
@@ -34,16 +35,6 @@ const SEARCH_SIDE: usize = 256;
 const LEAST_SIDE: usize = 24;
 /// From one size to the next: a start that is right to a tenth of a pixel is then within half a pixel.
 const FINER: usize = 3;
-
-/// Frames of one scene, as numbers.
-pub trait Frames: Sync {
-    /// Number of frames.
-    fn count(&self) -> usize;
-    /// Their rows and columns.
-    fn size(&self) -> (usize, usize);
-    /// Frame `index`, in DN of 8 bit; means over squares of `factor` pixels.
-    fn picture(&self, index: usize, factor: usize) -> Grid<f32>;
-}
 
 /// How the camera moved.
 #[derive(Debug, Clone, PartialEq)]

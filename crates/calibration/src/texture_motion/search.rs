@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::TextureMotionError;
+use super::frames::Frames;
 use super::point::squares;
-use super::{Frames, TextureMotionError};
 use crate::block::Block;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{median, quantile};

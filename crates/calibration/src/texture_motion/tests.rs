@@ -3,6 +3,7 @@
 use super::*;
 use crate::reduction::{means, reduced};
 use epirig_core::frame::{Frame, Samples};
+use epirig_core::grid::Grid;
 use epirig_core::statistics::root_mean_square;
 use epirig_simulator::{Scene, Sensor, Simulator, SimulatorConfig};
 use rand::{RngExt as _, SeedableRng as _};
