@@ -91,7 +91,7 @@ mod tests {
         assert_eq!(ValueRange::of(&Grid::filled(1, 2, f32::NAN), 1.0), NOTHING_KNOWN);
         let far = Grid::from_values(1, 4, vec![f32::MIN, f32::MAX, f32::INFINITY, 0.0]).unwrap();
         assert_eq!(ValueRange::of_most(&far, 0.05), ValueRange { low: f32::MIN, high: f32::MAX });
-        assert_eq!(ValueRange::of(&far, 0.05).share(0.0), 0.5);
+        assert_eq!(ValueRange::of_most(&far, 0.05).share(0.0), 0.5);
         let cut = ValueRange { low: -2.0, high: 0.5 };
         assert_eq!(cut.around_zero(), ValueRange { low: -2.0, high: 2.0 });
     }
