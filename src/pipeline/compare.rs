@@ -81,8 +81,10 @@ pub struct CompareSummary {
     pub first_uid: String,
     /// Uid of the second sequence.
     pub second_uid: String,
-    /// Hashes of the `match.json` of the first and of the second.
-    pub matched_blake3: [String; 2],
+    /// Hash of the `match.json` of the first results.
+    pub first_matched_blake3: String,
+    /// Hash of the `match.json` of the second results.
+    pub second_matched_blake3: String,
     /// How the picture moved from the first scan to the second.
     pub motion: MotionSummary,
     /// Form that was removed from the difference.
@@ -161,7 +163,8 @@ pub fn compare_scans(
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         first_uid: first.sequence.record().uid.clone(),
         second_uid: second.sequence.record().uid.clone(),
-        matched_blake3: [&first, &second].map(|scan| scan.opened.files.record_hash().to_owned()),
+        first_matched_blake3: first.opened.files.record_hash().to_owned(),
+        second_matched_blake3: second.opened.files.record_hash().to_owned(),
         motion: summarised(&motion, (rows, columns), pixel_mm),
         trend,
         offset_mm: found.trend.coefficients.first().copied().unwrap_or(0.0),
