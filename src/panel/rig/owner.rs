@@ -51,6 +51,10 @@ fn without_stage(shared: &Shared, why: &str) {
 
 /// Obeys an order to open stage and camera anew, as far as that can be done before they are opened.
 fn begin_anew(shared: &Shared, order: Order) {
+    // From here on nothing that is told of them belongs to the profile before.
+    shared.change(|state| {
+        (state.camera.state, state.stage.state) = (Presence::Connecting, Presence::Connecting);
+    });
     if let Order::Use { draft, reply } = order {
         shared.use_draft(*draft);
         reply.give(Ok(()));

@@ -83,7 +83,7 @@ impl StageDriver for Simulated {
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError> {
         let config = SimStageConfig::of_settings(settings, connection.seed);
-        let axis = SimAxis::seen_through(config, connection.watch.clone()).as_left();
+        let axis = SimAxis::seen_through(config, connection.watch.clone()).found_again();
         Ok(Box::new(if connection.in_real_time { axis.in_real_time() } else { axis }))
     }
 

@@ -169,7 +169,7 @@ impl SimAxis {
 
     /// The same, as its watchers' former stage was left: a machine that was homed stays so when it is connected
     /// again.
-    fn as_left(self) -> Self {
+    fn found_again(self) -> Self {
         match self.carriage.left() {
             None => self,
             Some(Screw { motor_mm, nut_mm, slipped_mm }) => {
