@@ -37,7 +37,8 @@ impl Rig {
             file: folder.join("rig.toml"),
             folder: folder.to_owned(),
             hooks: Box::new(NoHooks),
-        });
+        })
+        .unwrap();
         let rig = Self { panel, closer: Some(closer) };
         rig.until("it is connected", |state| {
             (state["stage"]["state"] == "ready" && state["camera"]["state"] == "live").then_some(())
