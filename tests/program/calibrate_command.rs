@@ -34,7 +34,7 @@ fn images_of_other_software_are_calibrated_as_the_rig_is() {
     assert_eq!(found["lens"]["board_files"][5], "board/0005.png");
     assert_eq!(found["positions"]["source"], "target");
     let text = succeeds(folder.path(), &["calibrate", "seq", "--overwrite"]);
-    assert!(text.contains("next: epirig match seq") && !text.contains("0.000 %"), "{text}");
+    assert!(text.contains("next: `epirig match seq`") && !text.contains("0.000 %"), "{text}");
     let again = succeeds(folder.path(), &["-q", "calibrate", "seq", "--overwrite", "--json"]);
     assert_eq!(serde_json::from_str::<serde_json::Value>(&again).unwrap(), found);
 }

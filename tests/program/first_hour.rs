@@ -75,11 +75,12 @@ fn the_tour_of_the_readme_works_as_it_is_typed() {
             assert!(viewed(folder.path(), words[2]).contains("open this link"));
             continue;
         }
-        // The same rig with fewer pixels, and with a relief that these show.
+        // The same rig with fewer pixels, nearer to the tile so that they show its relief, and with fewer stops.
         let output = assert_cmd::cargo::cargo_bin_cmd!("epirig")
             .current_dir(&folder)
             .env("XDG_CONFIG_HOME", folder.path())
-            .envs([("EPIRIG_CAMERA_SIZE", "256x256"), ("EPIRIG_TARGET_RELIEF", "1 mm")])
+            .envs([("EPIRIG_CAMERA_SIZE", "512x512"), ("EPIRIG_OPTICS_DISTANCE", "450 mm")])
+            .envs([("EPIRIG_PLAN_FRAMES", "51"), ("EPIRIG_PLAN_STEP", "3 mm")])
             .args(&words[1..])
             .output()
             .unwrap();
