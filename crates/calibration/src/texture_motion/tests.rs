@@ -113,6 +113,17 @@ fn cases(seed: u64) -> Vec<(&'static str, Vec<f64>)> {
     ]
 }
 
+/// The places of the other frames are whole pixels apart, where the first search is best.
+#[test]
+fn a_frame_between_pixels_is_connected_with_those_at_whole_ones() {
+    let places = [0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 5.3, 7.0, 8.0];
+    let mut flat = SimulatorConfig::textured_plane(256, 192, 2);
+    flat.texture.seed = 1;
+    let motion = found(flat, &places);
+    let (errors, moved_px) = errors(&motion, &places);
+    assert!(errors.iter().all(|error| (error * moved_px).abs() < 0.02), "{errors:?}");
+}
+
 #[test]
 fn jumps_of_any_size_are_found() {
     for (name, places) in cases(1) {
