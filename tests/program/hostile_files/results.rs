@@ -56,7 +56,7 @@ fn none_takes_them(folder: &Path, code: i32, words: &[&str]) {
     fails(folder, &["surface", "seq", "--overwrite"], code, words);
     fails(folder, &["compare", "seq", "seq", "--out", "change"], code, words);
     fails(folder, &["evaluate", "seq", "--truth", "truth.npy"], code, words);
-    let (viewed, said) = within_a_minute(folder, &["view", "seq"]);
+    let (viewed, said) = within_a_minute(folder, &["view", "seq", "--results", "seq/results"]);
     assert!(viewed == Some(code) && words.iter().all(|word| said.contains(word)), "{viewed:?} {said}");
     fs::remove_file(folder.join("truth.npy")).unwrap();
     assert_eq!(names(folder), before);
