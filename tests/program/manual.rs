@@ -47,13 +47,14 @@ fn each_command_has_a_page_with_its_options_and_examples() {
         let help = succeeds(folder.path(), &words);
         let page = fs::read_to_string(folder.path().join("share/man1").join(page_of(command))).unwrap();
         let page = page.replace("\\-", "-").replace("\\*(Aq", "'");
-        let options = help.lines().filter_map(|line| line.trim_start().split_once("--")).filter_map(
-            |(before, after)| {
+        // Texts are indented farther than options are.
+        let beginnings = help.lines().filter(|line| !line.starts_with("       "));
+        let options =
+            beginnings.filter_map(|line| line.trim_start().split_once("--")).filter_map(|(before, after)| {
                 // `-q, --quiet` and `--out <DIR>` begin a line; other lines only speak of options.
                 let begins = before.is_empty() || (before.len() == 4 && before.starts_with('-'));
                 begins.then(|| after.split([' ', '=', '.']).next().unwrap_or_default())
-            },
-        );
+            });
         for option in options {
             assert!(page.contains(&format!("--{option}")), "{command:?} lacks --{option}: {page}");
         }

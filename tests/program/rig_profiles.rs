@@ -35,9 +35,13 @@ fn the_simulated_rig_is_built_in_and_its_plan_adds_up() {
     assert_eq!(positions.len(), 101);
     assert_eq!((positions[0].as_f64(), positions[100].as_f64()), (Some(10.0), Some(160.0)));
     assert_eq!(plan["bytes"], 101 * 1024 * 1024);
-    // Ramps of 0.25 s to 5 mm/s: x mm take x / 5 + 0.25 s if x is 1.25 or more. To 10 mm and back 150 and 10, and 100 steps.
-    let moving =
-        (10.0 / 5.0 + 0.25) + (150.0 / 5.0 + 0.25) + (10.0 / 5.0 + 0.25) + 100.0 * (1.5 / 5.0 + 0.25);
+    // Ramps of 0.25 s to 5 mm/s, with 20 mm/s2: x mm take x / 5 + 0.25 s if x is 1.25 or more. To 10 mm, 100 steps, back to 1 mm below
+    // the first stop and up to it by two ramps, and home.
+    let moving = (10.0 / 5.0 + 0.25)
+        + 100.0 * (1.5 / 5.0 + 0.25)
+        + (151.0 / 5.0 + 0.25)
+        + 2.0 * (1.0_f64 / 20.0).sqrt()
+        + (10.0 / 5.0 + 0.25);
     assert!((plan["moving_s"].as_f64().unwrap() - moving).abs() < 1e-6);
     assert!((plan["settling_s"].as_f64().unwrap() - 102.0 * 0.2).abs() < 1e-9);
     let text = succeeds(folder.path(), &["plan", "--rig", "sim"]);

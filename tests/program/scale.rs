@@ -43,7 +43,10 @@ impl Measured {
         let report = fs::read_to_string(folder.join("seq/results/surface/report.html")).unwrap();
         let file = fs::read(folder.join("seq/results/surface/surface.json")).unwrap();
         let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-        assert_eq!(serde_json::from_slice::<serde_json::Value>(&file).unwrap(), json);
+        let mut recorded: serde_json::Value = serde_json::from_slice(&file).unwrap();
+        // The file alone knows the hashes of those beside it.
+        recorded.as_object_mut().unwrap().remove("files");
+        assert_eq!(recorded, json);
         Self { json, said, report }
     }
 
