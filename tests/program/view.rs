@@ -342,7 +342,7 @@ fn results_that_do_not_fit_their_frames_are_refused() {
     let seq = folder.path().join("seq");
     let summary = fs::read_to_string(seq.join("results/match.json")).unwrap();
     let refused = |words: &str| {
-        let error = CurrentResults::open(&seq, None).err().unwrap().to_string();
+        let error = CurrentResults::open(&seq, Some(&seq.join("results"))).err().unwrap().to_string();
         assert!(error.contains(words), "{error}");
     };
     fs::write(seq.join("results/match.json"), summary.replace("\"reference\": 4", "\"reference\": 9"))

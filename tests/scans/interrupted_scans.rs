@@ -143,7 +143,7 @@ fn a_pause_before_anything_is_taken_leaves_nothing() {
     let pause = PauseSwitch::default();
     pause.press();
     let error = scan(&simulator, &plan(&simulator), &out, Box::new(RealDisk), &pause).unwrap_err();
-    assert!(matches!(error, CaptureError::Paused), "{error}");
+    assert!(matches!(error, CaptureError::NotBegun), "{error}");
     assert!(!out.exists());
 }
 
