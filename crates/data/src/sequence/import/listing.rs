@@ -225,7 +225,7 @@ mod tests {
         );
         assert!(folder.contains("dcraw"), "{folder}");
         for arguments in [&["raw/IMG_9.CR2"][..], &["raw/IMG_9.CR2", "raw/IMG_10.CR2"], &["raw/*.CR2"]] {
-            assert!(words(arguments).contains("IMG_9.CR2 is a camera's raw image"), "{arguments:?}");
+            assert!(words(arguments).contains(".CR2 is a camera's raw image"), "{arguments:?}");
         }
         assert!(words(&["p.zip"]).contains("unzip"));
         assert!(words(&["a*.jpg"]).contains("heif-convert"));
