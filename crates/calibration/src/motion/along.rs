@@ -63,8 +63,10 @@ pub(super) fn doubts(motion: &TextureMotion, numbers: &[usize], given: &[f64]) -
         });
     }
     let steps = motion.steps();
-    let returns =
-        steps.iter().enumerate().filter(|(_, (step, sigma))| *step < NO_STEP && NO_STEP - step > *sigma);
+    let returns = steps
+        .iter()
+        .enumerate()
+        .filter(|(_, (step, sigma))| *step < NO_STEP && NO_STEP - step > SIGNIFICANT * sigma);
     let returns: Vec<(usize, f64)> = returns.map(|(place, (step, _))| (numbers[place + 1], *step)).collect();
     if !returns.is_empty() {
         doubts.push(Doubt::Returns(returns));

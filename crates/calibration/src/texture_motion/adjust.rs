@@ -64,7 +64,7 @@ pub(super) fn adjust(tracks: &[Track], found: &Found) -> Result<Adjusted, Textur
         let lines = |weights: &[Vec<f64>]| -> Vec<Option<Line>> {
             tracks.iter().zip(weights).map(|(track, weights)| line(&track.sights, weights, &s)).collect()
         };
-        let scale = reweight(tracks, &lines(&weights), &information, &mut weights);
+        let scale = reweight(&lines(&weights), &information, &mut weights);
         let lines = lines(&weights);
         let mut normal = Normal::new(&s);
         for ((track, line), weights) in tracks.iter().zip(&lines).zip(&weights) {
@@ -102,48 +102,30 @@ fn line(sights: &[Sight], weights: &[f64], s: &[f64]) -> Option<Line> {
     (spread > 0.0).then(|| Line { rho, residuals: sights.iter().map(residual).collect() })
 }
 
-/// Weights by the residuals, and their scale: the robust standard deviation against what each place states. A place
-/// counts against the others of its frame, so that a frame whose s is not yet right loses none of them.
-fn reweight(
-    tracks: &[Track],
-    lines: &[Option<Line>],
-    information: &[Vec<f64>],
-    weights: &mut [Vec<f64>],
-) -> f64 {
-    // By how much s of each frame is off, with the weight of each point that says so.
-    let mut off: BTreeMap<usize, Vec<(f64, f64)>> = BTreeMap::new();
-    for ((track, line), information) in tracks.iter().zip(lines).zip(information) {
-        let Some(line) = line else { continue };
-        for ((sight, e), information) in track.sights.iter().zip(&line.residuals).zip(information) {
-            off.entry(sight.frame).or_default().push((e / line.rho, information * line.rho * line.rho));
-        }
-    }
-    let off: BTreeMap<usize, f64> =
-        off.into_iter().map(|(frame, values)| (frame, weighted(values.into_iter()).at(0.5))).collect();
-    let normalised = |index: usize, line: &Line| -> Vec<f64> {
-        let sights = tracks[index].sights.iter().zip(&line.residuals).zip(&information[index]);
-        sights
-            .map(|((sight, e), information)| {
-                (e - line.rho * off.get(&sight.frame).unwrap_or(&0.0)) * information.sqrt()
-            })
-            .collect()
+/// Weights by the residuals, and their scale: the robust standard deviation against what each place states.
+fn reweight(lines: &[Option<Line>], information: &[Vec<f64>], weights: &mut [Vec<f64>]) -> f64 {
+    let normalised = |line: &Line, information: &[f64]| -> Vec<f64> {
+        line.residuals.iter().zip(information).map(|(e, information)| e * information.sqrt()).collect()
     };
-    let residuals: Vec<Option<Vec<f64>>> = lines
+    let mut sizes: Vec<f64> = lines
         .iter()
-        .enumerate()
-        .map(|(index, line)| line.as_ref().map(|line| normalised(index, line)))
+        .zip(information)
+        .filter_map(|(line, information)| Some(normalised(line.as_ref()?, information)))
+        .flatten()
+        .map(f64::abs)
         .collect();
-    let mut sizes: Vec<f64> = residuals.iter().flatten().flatten().map(|e| e.abs()).collect();
     // Frames without noise that are whole pixels apart agree better than any place is known.
     let scale = (MAD * median(&mut sizes).unwrap_or(1.0)).max(1.0);
-    for ((residuals, information), weights) in residuals.iter().zip(information).zip(weights) {
-        match residuals {
-            Some(residuals) => {
-                let both = residuals.iter().zip(information);
+    for ((line, information), weights) in lines.iter().zip(information).zip(weights) {
+        match line {
+            Some(line) => {
+                let share = |e: f64| tukey(e / scale);
+                let residuals = normalised(line, information);
+                let both = residuals.into_iter().zip(information);
                 weights
                     .iter_mut()
                     .zip(both)
-                    .for_each(|(weight, (e, information))| *weight = information * tukey(e / scale));
+                    .for_each(|(weight, (e, information))| *weight = information * share(e));
             }
             None => weights.fill(0.0),
         }
