@@ -266,7 +266,7 @@ pub(super) fn reason(answer: Answer) -> &'static str {
         Answer::Found => "one line fits",
         Answer::LeavesImage => "its line leaves the image in too many frames",
         Answer::BeyondRange => "the best line is at an end of the range that was searched",
-        Answer::NoTexture => "too little texture",
+        Answer::NoTexture => "too uncertain",
         Answer::Occluded => "it is occluded in too many frames, or shows two surfaces",
         Answer::Ambiguous => "several lines fit about as well",
         Answer::Outside => "it is outside the region or the mask of the match",

@@ -13,7 +13,7 @@ export const MASK_CODES: Code[] = [
   { code: 0, words: 'found', pattern: 0, grey: 0.36 },
   { code: 1, words: 'leaves the image', pattern: 1, grey: 0.62 },
   { code: 2, words: 'beyond the range', pattern: 2, grey: 0.62 },
-  { code: 3, words: 'too little texture', pattern: 3, grey: 0.62 },
+  { code: 3, words: 'too uncertain', pattern: 3, grey: 0.62 },
   { code: 4, words: 'occluded', pattern: 4, grey: 0.62 },
   { code: 5, words: 'ambiguous', pattern: 5, grey: 0.62 },
   { code: 6, words: 'outside mask or region', pattern: 0, grey: 0.15 },

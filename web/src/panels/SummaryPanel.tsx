@@ -34,7 +34,7 @@ export function SummaryPanel() {
       ['found', percent(matched.answered)],
       ['leaves the image', percent(matched.leaves_image)],
       ['beyond the range', percent(matched.beyond_range)],
-      ['too little texture', percent(matched.no_texture)],
+      ['too uncertain', percent(matched.no_texture)],
       ['occluded', percent(matched.occluded)],
       ['ambiguous', percent(matched.ambiguous)],
     );

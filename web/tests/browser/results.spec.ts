@@ -63,7 +63,7 @@ test('a pixel without a value says why', async ({ page }) => {
   test.skip(!!REAL, 'the truth is that of the mock server');
   expect(codeAt(520, 380)).toBe(3);
   await open(page, 'results/height?p=520,380');
-  await expect(valueOf(page)).toContainText('no value: too little texture');
+  await expect(valueOf(page)).toContainText('no value: too uncertain');
 });
 
 test('the pin moves with the keyboard', async ({ page }) => {

@@ -17,7 +17,7 @@ const REASONS = [
   'found',
   'leaves the image',
   'beyond the range',
-  'too little texture',
+  'too uncertain',
   'occluded',
   'ambiguous',
 ];
