@@ -13,14 +13,7 @@ import type {
 } from '../../src/api';
 
 const { COLUMNS, ROWS, FRAMES, REFERENCE, TAU, PIXEL_MM } = truth;
-const REASONS = [
-  'found',
-  'leaves the image',
-  'beyond the range',
-  'too uncertain',
-  'occluded',
-  'ambiguous',
-];
+const REASONS = ['found', 'leaves the image', 'beyond the range', 'too uncertain', 'occluded', 'ambiguous'];
 const ANSWERS = ['found', 'leaves-image', 'beyond-range', 'no-texture', 'occluded', 'ambiguous'] as const;
 const LEVELS = 3;
 
