@@ -124,12 +124,15 @@ fn fill_the_disk_and_resume(rig: &mut dyn Rig) {
     let workplace = Workplace::new(rig);
     let disk = workplace.path("disk");
     std::fs::create_dir(&disk).unwrap();
-    // Room for some frames and their records.
+    system(&["mount", "-t", "tmpfs", "-o", "size=16m", "tmpfs", &disk]);
+    let sequence = format!("{disk}/seq");
+    let mut scanning = workplace.capture(&sequence);
+    // A scan begins only where there is room for all of it. Now there is room for some frames and their records.
+    scanning.until(1);
     let frame_bytes = encode_png(&rig.truth(START_MM)).unwrap().len();
     let room = (BEFORE + 2) * frame_bytes.next_multiple_of(PAGE);
-    system(&["mount", "-t", "tmpfs", "-o", &format!("size={room}"), "tmpfs", &disk]);
-    let sequence = format!("{disk}/seq");
-    let (code, talk) = workplace.capture(&sequence).end();
+    system(&["mount", "-o", &format!("remount,size={room}"), &disk]);
+    let (code, talk) = scanning.end();
     assert_eq!(code, 7, "{talk}");
     assert!(talk.contains("No space left on device"), "{talk}");
     println!("{}", talk.lines().last().unwrap_or_default());
