@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(corners(&black), None);
         // A bright object before black ground, and one that fills the picture with texture: no vignetting is seen.
         let object = |index: usize| if (10..30).contains(&(index % 41)) { 1000 } else { 3 };
-        let texture = |index: usize| if index % 3 == 0 { 200 } else { 1000 };
+        let texture = |index: usize| if index.is_multiple_of(3) { 200 } else { 1000 };
         for samples in [(0..20 * 41).map(object).collect(), (0..20 * 41).map(texture).collect()] {
             assert_eq!(corners(&Frame::new(20, 41, 12, Samples::U16(samples)).unwrap()), None);
         }
