@@ -34,6 +34,7 @@ fn write(path: &Path) {
         created: "2026-11-23T00:00:00Z".to_owned(),
         origin: Origin::Captured {
             stage: "sim".to_owned(),
+            stage_settings: std::collections::BTreeMap::default(),
             camera: "sim".to_owned(),
             configuration: None,
             rig: rig.ok().and_then(|rig| serde_json::to_value(rig).ok()),
