@@ -18,7 +18,7 @@ const WIDE: [&str; 10] = ["9le", "9be", "10le", "10be", "12le", "12be", "14le", 
 const ALL_FRAMES: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
 /// A video of more frames than this is said to have many ...
 const MANY: f64 = 400.0;
-/// ... of which about so many are enough: twice as many make a map less than 1.5 times as good.
+/// ... of which about this number is enough: twice as many make a map less than 1.5 times as good.
 const ENOUGH: f64 = 100.0;
 /// Names of the frames.
 const NAMES: &str = "frame_%06d.png";
@@ -46,7 +46,7 @@ impl Video {
         let taken = frames.map(|frames| frames / every as f64).filter(|_| most.is_none());
         if let Some(taken) = taken.filter(|taken| *taken > MANY) {
             talk.say(&format!(
-                "hint: these are about {taken:.0} frames, and about {ENOUGH:.0} are enough for most scans: --every {:.0} takes so many",
+                "hint: these are about {taken:.0} frames, and about {ENOUGH:.0} are enough for most scans: --every {:.0} takes that number",
                 (every as f64 * taken / ENOUGH).round()
             ));
         }
