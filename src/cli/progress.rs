@@ -3,7 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
@@ -106,6 +106,7 @@ pub(super) struct Talk {
     quiet: bool,
     /// Time of the latest progress line, for output that is not a terminal.
     told: Mutex<Instant>,
+    pace: Mutex<Arc<Pace>>,
 }
 
 /// Interval between progress lines if the output is not a terminal.
@@ -114,7 +115,7 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 impl Talk {
     pub(super) fn new(json: bool, quiet: bool) -> Self {
         JSON.store(json, Ordering::SeqCst);
-        Self { quiet, told: Mutex::new(Instant::now()) }
+        Self { quiet, told: Mutex::new(Instant::now()), pace: Mutex::default() }
     }
 
     /// Prints a message, unless `--quiet` is given.
@@ -182,15 +183,19 @@ impl Progress for Talk {
         new.set_draw_target(if silent { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
         // A single step shows a spinner; several show the time left.
         let template = if total > 1 {
-            "{msg:>22} [{bar:32}] {pos}/{len}  {left} left"
+            "{msg:>22} [{bar:32}] {pos}/{len}  {left}"
         } else {
             "{msg:>22} {spinner} {elapsed}"
         };
+        let pace = Arc::new(Pace::default());
+        *self.pace.lock().unwrap_or_else(PoisonError::into_inner) = pace.clone();
         if let Ok(style) = ProgressStyle::with_template(template) {
-            let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-                let left = time_left(state.elapsed(), state.pos(), state.len().unwrap_or_default());
-                // The bar's own text takes all that is written.
-                let _ = write!(out, "{:#}", HumanDuration(left));
+            let left = move |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let all = state.len().unwrap_or_default();
+                if let Some(left) = pace.time_left(state.elapsed(), state.pos(), all) {
+                    // The bar's own text takes all that is written.
+                    let _ = write!(out, "{:#} left", HumanDuration(left));
+                }
             };
             new.set_style(style.progress_chars("=> ").with_key("left", left));
         }
@@ -205,12 +210,15 @@ impl Progress for Talk {
     fn advance(&self, count: u64) {
         let Some(bar) = bar().clone() else { return };
         bar.inc(count);
+        let pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        pace.advance(bar.elapsed(), bar.position());
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         if bar.is_hidden() && !self.quiet && told.elapsed() >= LINE_EVERY {
             *told = Instant::now();
             let (done, all) = (bar.position(), bar.length().unwrap_or_default());
-            let left = time_left(bar.elapsed(), done, all);
-            tell(&format!("{}: {done} of {all}, {} left", bar.message(), HumanDuration(left)));
+            let left = pace.time_left(bar.elapsed(), done, all);
+            let left = left.map(|left| format!(", {} left", HumanDuration(left))).unwrap_or_default();
+            tell(&format!("{}: {done} of {all}{left}", bar.message()));
         }
     }
 
@@ -223,11 +231,25 @@ impl Progress for Talk {
     }
 }
 
-/// Time that the rest takes at the mean rate so far. Steps may take seconds or minutes each; an estimate from
-/// the latest ones, as that of `indicatif`, then says days.
-fn time_left(elapsed: Duration, done: u64, all: u64) -> Duration {
-    let steps = all.saturating_sub(done) as f64 / done.max(1) as f64;
-    Duration::try_from_secs_f64(elapsed.as_secs_f64() * steps).unwrap_or(Duration::MAX)
+/// When the first steps were done: what is done before them, such as homing a stage, tells nothing of the others.
+#[derive(Default)]
+struct Pace(OnceLock<(Duration, u64)>);
+
+impl Pace {
+    /// The first call counts.
+    fn advance(&self, elapsed: Duration, done: u64) {
+        self.0.get_or_init(|| (elapsed, done));
+    }
+
+    /// Time that the rest takes at the mean rate since the first steps; `None` before any others. Steps may take
+    /// seconds or minutes each; an estimate from the latest ones, as that of `indicatif`, then says days.
+    fn time_left(&self, elapsed: Duration, done: u64, all: u64) -> Option<Duration> {
+        let &(begun, first) = self.0.get()?;
+        let steps = done.checked_sub(first).filter(|&steps| steps > 0)?;
+        let share = all.saturating_sub(done) as f64 / steps as f64;
+        let left = elapsed.saturating_sub(begun).as_secs_f64() * share;
+        Some(Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX))
+    }
 }
 
 /// Draws the bar again and again as long as it exists. Its own way would panic where the system allows no
@@ -255,10 +277,15 @@ mod tests {
     #[test]
     fn the_time_left_follows_the_mean_rate() {
         let minutes = |count: u64| Duration::from_secs(60 * count);
-        assert_eq!(time_left(minutes(4), 15, 100), Duration::from_secs(1360));
-        assert_eq!(time_left(minutes(4), 100, 100), Duration::ZERO);
-        assert_eq!(time_left(minutes(1), 1, 100), minutes(99));
-        assert_eq!(time_left(Duration::MAX, 1, u64::MAX), Duration::MAX);
+        let pace = Pace::default();
+        assert_eq!(pace.time_left(minutes(1), 0, 100), None);
+        // Homing and the first of 100 frames take 3 minutes; then each takes 4 s.
+        pace.advance(minutes(3), 1);
+        assert_eq!(pace.time_left(minutes(3), 1, 100), None);
+        pace.advance(minutes(4), 16);
+        assert_eq!(pace.time_left(minutes(4), 16, 100), Some(Duration::from_secs(336)));
+        assert_eq!(pace.time_left(minutes(4), 100, 100), Some(Duration::ZERO));
+        assert_eq!(pace.time_left(Duration::MAX, 2, u64::MAX), Some(Duration::MAX));
     }
 
     #[test]

@@ -1,15 +1,21 @@
 //! The answer of a measurement in one sentence, which terminal, page and report share.
 
-use serde::Serialize;
+use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
+use super::read::read_results_record;
+use super::{ResultsError, ResultsKind};
 use crate::number::{ascii, percent, plain, sigma, with_interval};
 use epirig_matcher::surface::{Combined, ScaleSigma};
 
 /// What was measured, how well that is known, and whether it is as planned.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Conclusion {
     /// All of it in words, in ASCII.
     pub sentence: String,
+    /// The depth alone with its 95 % interval, in ASCII; `None` if that is not known.
+    pub depth: Option<String>,
     /// The depth that the rig's profile plans (`target.relief`), in mm, if one is recorded.
     pub planned_mm: Option<f64>,
     /// Whether the 95 % interval of the depth holds it; `None` if nothing is planned or measured.
@@ -32,7 +38,7 @@ impl Conclusion {
             Err(reason) => {
                 let planned = planned_mm.map_or(String::new(), |mm| format!(" (planned: {mm} mm)"));
                 let sentence = format!("no step height{planned}: {reason}");
-                Self { sentence, planned_mm, as_planned: None }
+                Self { sentence, depth: None, planned_mm, as_planned: None }
             }
         }
     }
@@ -44,6 +50,18 @@ pub fn scale_in_words(scale: ScaleSigma) -> String {
     let known = (together > 0.0).then(|| format!("known to {} (standard uncertainty)", percent(together)));
     let exact = scale.taken_as_exact().map(|factors| format!("{factors} taken as exact"));
     known.into_iter().chain(exact).collect::<Vec<_>>().join(", ")
+}
+
+/// The conclusion in `surface.json` of a folder.
+///
+/// # Errors
+/// [`ResultsError`] if the record is missing, has another version or is invalid.
+pub fn read_conclusion(folder: &Path) -> Result<Conclusion, ResultsError> {
+    #[derive(Deserialize)]
+    struct Surface {
+        conclusion: Conclusion,
+    }
+    Ok(read_results_record::<Surface>(folder, ResultsKind::Surface)?.conclusion)
 }
 
 /// A depth with its 95 % interval, in mm, against the planned one.
@@ -58,13 +76,13 @@ fn depth(
             "{what} {} {how}; how well that is known cannot be said, as too few parts of the field are independent",
             ascii(&plain(depth_mm, "mm"))
         );
-        return Conclusion { sentence, planned_mm, as_planned: None };
+        return Conclusion { sentence, depth: None, planned_mm, as_planned: None };
     };
     let exact = scale.taken_as_exact().map_or(String::new(), |factors| format!(", {factors} taken as exact"));
     let value = ascii(&with_interval(depth_mm, Some(half_width_95_mm), "mm"));
     let measured = format!("{what} {value} {how} (95 % coverage{exact})");
     let Some(planned_mm) = planned_mm else {
-        return Conclusion { sentence: measured, planned_mm: None, as_planned: None };
+        return Conclusion { sentence: measured, depth: Some(value), planned_mm: None, as_planned: None };
     };
     let more_mm = depth_mm - planned_mm;
     let as_planned = more_mm.abs() <= half_width_95_mm;
@@ -78,6 +96,7 @@ fn depth(
     };
     Conclusion {
         sentence: format!("{measured}, {compared}"),
+        depth: Some(value),
         planned_mm: Some(planned_mm),
         as_planned: Some(as_planned),
     }
@@ -103,6 +122,7 @@ mod tests {
             "hollows 0.2003 mm +- 0.0012 mm deep (95 % coverage), as planned: 0.2 mm lies within the interval"
         );
         assert_eq!((found.planned_mm, found.as_planned), (Some(0.2), Some(true)));
+        assert_eq!(found.depth.as_deref(), Some("0.2003 mm +- 0.0012 mm"));
         let found = of(with(0.0012), Some(0.25));
         assert_eq!(
             found.sentence,
@@ -111,7 +131,11 @@ mod tests {
         assert_eq!(found.as_planned, Some(false));
         assert!(of(with(0.0001), Some(0.2)).sentence.ends_with("0.00030 mm more than 0.2 mm"));
         let unknown = of(None, Some(0.2));
-        assert!(unknown.sentence.contains("cannot be said") && unknown.as_planned.is_none());
+        assert!(
+            unknown.sentence.contains("cannot be said")
+                && unknown.as_planned.is_none()
+                && unknown.depth.is_none()
+        );
         let raised = depth(("raised parts", "high"), (0.2, with(0.01)), KNOWN, None);
         assert_eq!(raised.sentence, "raised parts 0.200 mm +- 0.010 mm high (95 % coverage)");
         assert_eq!((raised.planned_mm, raised.as_planned), (None, None));

@@ -14,7 +14,7 @@ mod writer;
 
 use serde::{Deserialize, Serialize};
 
-pub use conclusion::{Conclusion, scale_in_words};
+pub use conclusion::{Conclusion, read_conclusion, scale_in_words};
 pub use error::ResultsError;
 pub use files::{CompareFacts, ResultFiles, read_compare_facts};
 pub use kind::ResultsKind;

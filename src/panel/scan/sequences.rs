@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::panel::error::PanelError;
 use crate::panel::shared::Shared;
-use crate::results::results_beside;
+use crate::results::{read_conclusion, results_beside};
 use epirig_data::sequence::{ExitStatus, Origin, Sequence, sequences_in};
 
 #[derive(Serialize)]
@@ -18,6 +18,8 @@ pub(in crate::panel) struct Entry {
     ended: &'static str,
     can_be_resumed: bool,
     measured: bool,
+    /// The depth that `epirig surface` found, with its 95 % interval, in ASCII.
+    depth: Option<String>,
 }
 
 /// The sequences, the newest first. One whose records cannot be read is left out.
@@ -40,6 +42,9 @@ fn entry(sequence: &Sequence, name: String) -> Entry {
         planned: record.frames,
         ended: sequence.ended(),
         can_be_resumed: was_captured && !matches!(ended, Some(ExitStatus::Complete | ExitStatus::NotClosed)),
+        depth: read_conclusion(&sequence.folder().join("results/surface"))
+            .ok()
+            .and_then(|conclusion| conclusion.depth),
         measured: results_beside(sequence.folder()).iter().any(|results| results == "results"),
         name,
     }

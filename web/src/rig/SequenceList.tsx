@@ -3,6 +3,7 @@ import { moment } from '../format/moment';
 import { about } from '../store/results';
 import { loadSequences, openSequence, sequences } from './sequences';
 import { OrderButton } from './OrderButton';
+import { resultOf } from './results_words';
 import type { SequenceEntry } from './api';
 import { onlyWatches } from './store';
 
@@ -22,7 +23,7 @@ function Line({ entry }: { entry: SequenceEntry }) {
       <td>
         {entry.frames} of {entry.planned}
       </td>
-      <td>{entry.measured ? 'measured' : 'not measured yet'}</td>
+      <td>{resultOf(entry)}</td>
       <td>{entry.ended}</td>
     </tr>
   );

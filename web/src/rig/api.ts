@@ -257,6 +257,8 @@ export interface SequenceEntry {
   /** Whether `scan/resume` could go on with it. */
   can_be_resumed: boolean;
   measured: boolean;
+  /** The depth with its interval of 95 % coverage, in ASCII, if one was found. */
+  depth: string | null;
 }
 
 export interface LiveMapHead {

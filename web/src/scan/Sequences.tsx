@@ -1,5 +1,6 @@
 import { moment } from '../format/moment';
 import { rig, type SequenceEntry } from '../rig/api';
+import { resultOf } from '../rig/results_words';
 import { order } from '../rig/store';
 import { whyNot, whyNotStart } from './control';
 import { openResults, Order, Reason } from './JobCard';
@@ -13,7 +14,7 @@ function Entry({ entry }: { entry: SequenceEntry }) {
         <span class="muted note">{moment(created)}</span>
         <span class="note">
           {frames} of {planned} frames, {ended}
-          {measured && ', measured'}
+          {measured && `, ${resultOf(entry)}`}
         </span>
       </div>
       <div class="scan-buttons">

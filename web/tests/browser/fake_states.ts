@@ -132,6 +132,7 @@ export const SEQUENCES: SequenceEntry[] = [
     ended: 'complete',
     can_be_resumed: false,
     measured: true,
+    depth: '0.2000 mm +- 0.0079 mm',
   },
   {
     name: 'tile-0411',
@@ -141,6 +142,7 @@ export const SEQUENCES: SequenceEntry[] = [
     ended: 'complete',
     can_be_resumed: false,
     measured: false,
+    depth: null,
   },
   {
     name: 'tile-0410',
@@ -150,6 +152,7 @@ export const SEQUENCES: SequenceEntry[] = [
     ended: 'stopped by the operator',
     can_be_resumed: true,
     measured: false,
+    depth: null,
   },
 ];
 
