@@ -3,18 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use epirig::profile::{Override, Profile};
+use epirig::profile::Profile;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Silent;
-use epirig_data::sequence::{
-    ExitStatus, FORMAT_VERSION, FrameFacts, Origin, Sequence, SequenceRecord, SequenceWriter, StopFacts,
-    load_volume, verify,
-};
+use epirig_data::sequence::{FrameKind, Sequence, encode_png, load_volume, verify};
 
 const FRAMES: usize = 4;
 
 /// The folder. It lives as long as the fuzzer.
-pub static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+pub(crate) static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     let place = Some(Path::new("/dev/shm")).filter(|place| place.is_dir());
     let folder = match place {
         Some(place) => tempfile::tempdir_in(place),
@@ -25,41 +22,28 @@ pub static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     path
 });
 
+/// The frames are made here; the records beside them are the seeds of a captured sequence.
 fn write(path: &Path) {
-    let rig = Profile::of(&[Override::parse("plan.frames=4", "seed").expect("a setting")]);
-    let record = SequenceRecord {
-        format: FORMAT_VERSION,
-        uid: "00000000-0000-4000-8000-000000000000".to_owned(),
-        program: "seed".to_owned(),
-        created: "2026-11-23T00:00:00Z".to_owned(),
-        origin: Origin::Captured {
-            stage: "sim".to_owned(),
-            stage_settings: std::collections::BTreeMap::default(),
-            camera: "sim".to_owned(),
-            configuration: None,
-            rig: rig.ok().and_then(|rig| serde_json::to_value(rig).ok()),
-            simulator: None,
-        },
-        rows: 6,
-        columns: 8,
-        bit_depth: 8,
-        frames: FRAMES,
-        positions_mm: Some((0..FRAMES).map(|index| 1.5 * index as f64).collect()),
-        intrinsics: None,
-    };
-    let mut writer = SequenceWriter::create(path, &record).expect("a sequence can be written");
+    std::fs::create_dir_all(path.join("frames")).expect("a folder can be made");
     for index in 0..FRAMES {
         let samples = (0..48).map(|pixel| ((pixel * 5 + index) % 256) as u8).collect();
         let frame = Frame::new(6, 8, 8, Samples::U8(samples)).expect("a frame");
-        let at = Some(1.5 * index as f64);
-        let facts = FrameFacts { commanded_mm: at, reported_mm: at, ..FrameFacts::default() };
-        writer.add(&frame, facts).expect("a frame can be written");
+        let png = encode_png(&frame).expect("a frame can be encoded");
+        std::fs::write(path.join(FrameKind::Scan.file(index)), png).expect("a frame can be written");
     }
-    writer.finish(ExitStatus::Complete, StopFacts::default()).expect("an end can be written");
+    let records: [(&str, &[u8]); 3] = [
+        ("sequence.json", include_bytes!("../seeds/sequence_record/captured.json")),
+        ("journal.jsonl", include_bytes!("../seeds/journal/captured.jsonl")),
+        // After the zero byte by which a seed says what it is.
+        ("stop.json", &include_bytes!("../seeds/sequence_record/stop")[1..]),
+    ];
+    for (name, bytes) in records {
+        std::fs::write(path.join(name), bytes).expect("a record can be written");
+    }
 }
 
 /// Does with the sequence whatever reads only. Nothing may panic, hang or ask for more memory than there is.
-pub fn use_it() {
+pub(crate) fn use_it() {
     let Ok(sequence) = Sequence::open(&FOLDER) else { return };
     let _ = (verify(&sequence, &Silent), sequence.end_in_words(), sequence.check_closed());
     if let Ok(Some(rig)) = Profile::of_sequence(&sequence) {

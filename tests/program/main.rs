@@ -10,6 +10,9 @@ mod compare;
 mod dark_frames;
 #[cfg(unix)]
 mod first_hour;
+#[path = "../../fuzz/fuzz_targets/folder.rs"]
+mod folder;
+mod fuzz_seeds;
 #[cfg(unix)]
 mod hostile_files;
 mod import_motion;
