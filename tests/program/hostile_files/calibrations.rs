@@ -97,3 +97,33 @@ fn maps_of_a_calibration_that_are_missing_or_changed_are_found() {
     fs::remove_file(&map).unwrap();
     is_refused(folder.path(), &["flat-field.tiff", "missing"]);
 }
+
+#[test]
+fn a_calibration_in_place_is_no_failure_when_its_folder_cannot_be_tidied_up() {
+    let folder = folder();
+    calibrated(folder.path());
+    // By its name a map that an unfinished calibration has left; as a folder it cannot be removed as one.
+    fs::create_dir(folder.path().join("seq/calibration/dark-0123456789abcdef.tiff")).unwrap();
+    let again = ["calibrate", "seq", "--positions", "texture", "--overwrite"];
+    let output = epirig(folder.path(), &again);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("calibration.json is in place and whole, but cannot tidy up"), "{said}");
+    succeeds(folder.path(), &["verify", "seq"]);
+}
+
+#[test]
+fn an_impossible_sigma_of_rectified_frames_is_refused() {
+    let folder = folder();
+    calibrated(folder.path());
+    succeeds(folder.path(), &["rectify", "seq", "--out", "flat"]);
+    let path = folder.path().join("flat/sequence.json");
+    let sound: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    for key in ["focal_length_sigma", "baseline_sigma"] {
+        let mut changed = sound.clone();
+        changed["origin"][key] = (-0.01).into();
+        fs::write(&path, changed.to_string()).unwrap();
+        let words = ["sequence.json", "a relative standard uncertainty of -0.01 cannot be"];
+        fails(folder.path(), &["match", "flat"], 5, &words);
+    }
+}

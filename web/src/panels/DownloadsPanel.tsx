@@ -50,6 +50,9 @@ export function DownloadsPanel() {
           )
         }
       </Loaded>
+      <p class="hint">
+        Maps and points for other programs, in their formats: <code>epirig export</code> writes them.
+      </p>
     </div>
   );
 }
