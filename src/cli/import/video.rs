@@ -75,7 +75,7 @@ impl Video {
             let knows_option = !said.contains("Unrecognized option");
             if output.status.success() {
                 talk.say(
-                    "note: a video is compressed with loss, which limits accuracy; single images are better",
+                    "note: most videos are compressed with loss, which limits accuracy; single images are better",
                 );
                 if !said.is_empty() {
                     talk.say(&format!("note: ffmpeg says: {}", last_line(&said)));
