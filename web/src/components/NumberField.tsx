@@ -1,6 +1,6 @@
 import { useState } from 'preact/hooks';
 import { editable, readNumber } from '../format/number';
-import { markUsed } from '../store/notices';
+import { markUsed, refuse } from '../store/notices';
 
 interface Props {
   label: string;
@@ -32,6 +32,15 @@ export function NumberField(props: Props) {
     if (next !== null) set(next);
     return next;
   };
+  const enter = (): void => {
+    // Text that cannot be read must not stand for the number before it.
+    if (typed !== null && readNumber(typed) === null) {
+      refuse(`"${typed}" is not a number, such as 12.5`);
+      return;
+    }
+    const next = take() ?? value;
+    props.onEnter?.(Math.min(Math.max(next, minimum), maximum));
+  };
   return (
     <label class="number">
       <span class={props.quiet ? 'unseen' : ''}>{label}</span>
@@ -58,10 +67,8 @@ export function NumberField(props: Props) {
           take();
         }}
         onKeyDown={(event) => {
-          if (event.key === 'Enter') {
-            const next = take() ?? value;
-            props.onEnter?.(Math.min(Math.max(next, minimum), maximum));
-          }
+          // A key that is held says it once.
+          if (event.key === 'Enter' && !event.repeat) enter();
           if (event.key === 'ArrowUp' || event.key === 'ArrowDown') {
             event.preventDefault();
             setTyped(null);

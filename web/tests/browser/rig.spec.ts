@@ -419,7 +419,22 @@ test.describe('controls', () => {
     await page.keyboard.press('Enter');
     await expect(page.getByRole('alert')).toContainText('the stage goes from 0 to 100 mm');
     await rig.heard();
-    expect(rig.sent('rig/go').length).toBe(2);
+    // What is no number is not the number before.
+    await page.getByRole('spinbutton', { name: 'go to' }).fill('50');
+    await page.keyboard.press('Enter');
+    await expect.poll(() => rig.sent('rig/go')[2]?.asked.mm).toBe(50);
+    for (const typed of ['1O0', '41,5x', '']) {
+      await page.getByRole('spinbutton', { name: 'go to' }).fill(typed);
+      await page.keyboard.press('Enter');
+      await expect(page.getByRole('alert')).toContainText(`"${typed}" is not a number`);
+      await expect(page.getByRole('spinbutton', { name: 'go to' })).toHaveValue(typed);
+    }
+    await page.getByRole('spinbutton', { name: 'go to' }).fill('51');
+    await page.keyboard.down('Enter');
+    await page.keyboard.down('Enter');
+    await page.keyboard.up('Enter');
+    await rig.heard();
+    expect(rig.sent('rig/go').map(({ asked }) => asked.mm)).toEqual([40, 41.5, 50, 51]);
     await page.getByRole('button', { name: 'Go', exact: true }).focus();
     await page.keyboard.press('t');
     await expect.poll(() => rig.sent('rig/target')[0]?.asked.on).toBe(true);
