@@ -37,7 +37,8 @@ function keepWithin({ maps, frames, others }: Results): void {
   });
 }
 
-export async function load(): Promise<void> {
+/** Returns whether the results are there; else `loadError` says why not. */
+export async function load(): Promise<boolean> {
   try {
     loadError.value = null;
     const told = await api.about();
@@ -49,21 +50,28 @@ export async function load(): Promise<void> {
     results.value = held;
     if (held) keepWithin(held);
     trends.value = held?.geometry ? await api.trends() : [];
+    return true;
   } catch (error) {
     loadError.value = error instanceof Error ? error.message : String(error);
+    return false;
   }
 }
 
 let loading = false;
+/** Which results could not be loaded: the person tries them again, not the clock. */
+let failed: string | null | undefined;
 
 /** Loads the results anew if there are others by now: after another match, or if another page has opened some. */
 export async function follow(): Promise<void> {
   if (loading) return;
   loading = true;
   const { results: id } = await api.about().catch(() => ({ results: undefined }));
-  if (id !== undefined && id !== (results.peek()?.id ?? null)) {
-    await load();
-    say('The results have changed; these are the new ones.');
+  if (id !== undefined && id !== failed) {
+    failed = undefined;
+    if (id !== (results.peek()?.id ?? null)) {
+      if (await load()) say('The results have changed; these are the new ones.');
+      else failed = id;
+    }
   }
   loading = false;
 }

@@ -352,6 +352,33 @@ test('results that have changed are loaded anew, and none of the former is shown
   await page.unrouteAll({ behavior: 'ignoreErrors' });
 });
 
+test('changed results that cannot be loaded are not told to be there, and are tried once', async ({
+  page,
+}) => {
+  test.skip(!!REAL, 'the mock server has one match');
+  await open(page, 'results/height?p=300,240');
+  let [looks, loads] = [0, 0];
+  await page.route(/\/api\/(about|results)$/, async (route) => {
+    if (route.request().url().endsWith('results')) {
+      loads += 1;
+      await route.fulfill({ status: 500, json: { error: { message: 'match.json is damaged' } } });
+      return;
+    }
+    looks += 1;
+    const known = (await (await route.fetch()).json()) as object;
+    await route.fulfill({ json: { ...known, results: 'other' } });
+  });
+  // The first look finds them, loading asks once more who is there, and the second look lets them be.
+  await expect.poll(() => looks, { timeout: 20_000 }).toBeGreaterThanOrEqual(3);
+  await quiet(page);
+  await expect(page.getByRole('alert')).toContainText('match.json is damaged');
+  await expect(page.getByText('these are the new ones')).toHaveCount(0);
+  expect(loads).toBe(1);
+  await page.unrouteAll({ behavior: 'ignoreErrors' });
+  await page.getByRole('button', { name: 'Retry' }).click();
+  await expect(page.getByText('match.json is damaged')).toHaveCount(0);
+});
+
 test('frames are shown in the map, and the map comes back', async ({ page }) => {
   await open(page);
   await page.getByRole('tab', { name: 'Frames' }).click();
