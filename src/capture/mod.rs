@@ -24,13 +24,13 @@ mod step;
 mod trust;
 mod watch;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use epirig_data::sequence::{
     ClosureRecord, FORMAT_VERSION, Origin, Sequence, SequenceError, SequenceRecord, SequenceWriter, new_uid,
     now, refuse_existing,
 };
-use epirig_data::storage::{Disk, HeldFolder};
+use epirig_data::storage::Disk;
 use epirig_devices::camera::{CameraError, Configuration};
 
 pub use error::CaptureError;
@@ -70,12 +70,7 @@ pub fn capture(
     let indices: Vec<usize> = (0..record.frames).collect();
     let finished =
         scan.finish(writer, &indices, |scan, archive| scan.calibration_frames(archive, &Present::default()));
-    finished.map_err(|error| interrupted(error, &now_at(&folder), record.frames))
-}
-
-/// Where the folder is now; where it was, if nobody knows.
-fn now_at(folder: &HeldFolder) -> PathBuf {
-    folder.whereabouts().unwrap_or_else(|| folder.name().to_owned())
+    finished.map_err(|error| interrupted(error, &folder.whereabouts_or_name(), record.frames))
 }
 
 /// Adds the number of frames to the error, and how to resume; or that a replay cannot be resumed.

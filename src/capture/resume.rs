@@ -8,7 +8,7 @@ use super::calibration_frames::Present;
 use super::records::camera_record;
 use super::rig::Rig;
 use super::scan::{GoodFrame, Scan};
-use super::{CaptureError, CapturePlan, interrupted, now_at};
+use super::{CaptureError, CapturePlan, interrupted};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::{
     ClosureRecord, Event, ExitStatus, Finding, FrameKind, FrameRecord, Origin, Sequence, SequenceWriter,
@@ -107,7 +107,7 @@ pub fn resume(
     goes_on().map_err(|error| match error {
         CaptureError::NotThisScan { .. } => error,
         other => {
-            let folder = held.map_or_else(|| folder.to_owned(), |held| now_at(&held));
+            let folder = held.map_or_else(|| folder.to_owned(), |held| held.whereabouts_or_name());
             interrupted(other, &folder, record.frames)
         }
     })

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::scans::{FRAMES, assert_whole, plan, scan, scan_on, simulator};
 use epirig::capture::{CaptureError, CapturePlan, PauseSwitch};
-use epirig_data::sequence::{Event, ExitStatus, FrameKind, FrameRecord, Sequence};
+use epirig_data::sequence::{Event, ExitStatus, FrameKind, FrameRecord, Sequence, SequenceError};
 use epirig_data::storage::{DiskFault, FaultyDisk, RealDisk};
 use epirig_devices::stage::SimStageConfig;
 use epirig_simulator::Simulator;
@@ -36,8 +36,14 @@ fn fail_at_every_step(fault: DiskFault) -> usize {
             assert_whole(&simulator, &out);
             return steps;
         }
-        if let Err(CaptureError::Interrupted { done, planned, .. }) = &first {
+        let error = first.unwrap_err();
+        // No other program has done anything.
+        let is_of_the_disk = matches!(error.cause(), CaptureError::Sequence(SequenceError::Io { .. }));
+        assert!(is_of_the_disk, "{fault:?} at step {steps}: {error}");
+        if let CaptureError::Interrupted { done, planned, .. } = &error {
             assert_eq!((*done, *planned), (Sequence::open(&out).unwrap().frames().len(), FRAMES));
+        } else {
+            assert!(kept.is_empty(), "{fault:?} at step {steps}: {error}");
         }
         scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
         assert_whole(&simulator, &out);

@@ -36,7 +36,7 @@ impl SequenceWriter {
         let frames = sequence.events().iter().filter_map(Event::frame);
         let named = frames.map(|(kind, frame)| ((kind, frame.index), frame.bytes)).collect();
         let (folder, places) = (Arc::new(held), BTreeMap::new());
-        let writer = Self { folder, places, disk, journal, journal_bytes, named };
+        let writer = Self { folder, places, disk, journal, journal_bytes, torn_bytes: 0, named };
         writer.check()?;
         tracing::info!(folder = %writer.folder.name().display(), frames = writer.named.len(), "sequence opened again");
         Ok(writer)

@@ -65,6 +65,8 @@ pub struct SequenceWriter {
     pub(super) journal: File,
     /// Length of the journal up to its latest whole line.
     pub(super) journal_bytes: u64,
+    /// Length of a line that failed, of which any part may follow; 0 if none does.
+    pub(super) torn_bytes: u64,
     /// The frames that the journal names, with the sizes of their files.
     pub(super) named: BTreeMap<(FrameKind, usize), u64>,
 }
@@ -106,7 +108,7 @@ impl SequenceWriter {
         let held = Arc::new(held.renamed(folder));
         info!(folder = %folder.display(), uid = record.uid, frames = record.frames, "sequence begun");
         let (places, named) = (BTreeMap::new(), BTreeMap::new());
-        Ok(Self { folder: held, places, disk, journal, journal_bytes: 0, named })
+        Ok(Self { folder: held, places, disk, journal, journal_bytes: 0, torn_bytes: 0, named })
     }
 
     /// The folder, which may get another name while it is written.
@@ -192,11 +194,12 @@ impl SequenceWriter {
     /// The folder of such frames: made, if it is not there, and then the same to the end.
     fn make_place(&mut self, kind: FrameKind) -> Result<(), SequenceError> {
         let (root, name) = (self.folder.path(), kind.folder());
+        let (place, told) = (root.join(name), self.folder.name().join(name));
         if let Some(place) = self.places.get(&kind) {
             let what = format!("{name} was removed or replaced");
-            return if place.is_in_place() { Ok(()) } else { Err(self.disturbed(what, TAKE_AGAIN)) };
+            let is_in_place = place.is_in_place().map_err(SequenceError::io("look at", told))?;
+            return if is_in_place { Ok(()) } else { Err(self.disturbed(what, TAKE_AGAIN)) };
         }
-        let (place, told) = (root.join(name), self.folder.name().join(name));
         if !is_own_folder(&place).map_err(SequenceError::io("write into", &told))? {
             let made = self.disk.make_folder(&place).and_then(|()| self.disk.sync(&root));
             self.or_disturbed(made, name)?;
@@ -254,14 +257,25 @@ impl SequenceWriter {
             SequenceError::io("write", self.folder.name().join(JOURNAL))(std::io::Error::other(error))
         })?;
         line.push('\n');
+        self.cut_torn().map_err(SequenceError::io("mend", self.folder.name().join(JOURNAL)))?;
         let written = self.disk.append(&path, line.as_bytes()).and_then(|()| self.disk.sync(&path));
         if written.is_err() {
-            // Half a line would spoil the next one. If this fails too, resuming mends it.
-            let _ = self.disk.cut(&path, self.journal_bytes);
+            self.torn_bytes = line.len() as u64;
+            // If this fails too, resuming mends it.
+            let _ = self.cut_torn();
         } else {
             self.journal_bytes += line.len() as u64;
         }
         self.or_disturbed(written, JOURNAL)
+    }
+
+    /// Takes away what a line that failed has left: it would spoil the next one.
+    fn cut_torn(&mut self) -> std::io::Result<()> {
+        if self.torn_bytes > 0 {
+            self.disk.cut(&self.folder.path().join(JOURNAL), self.journal_bytes)?;
+            self.torn_bytes = 0;
+        }
+        Ok(())
     }
 
     /// Writes how it ended. A sequence is complete only with all files that its journal names.
@@ -290,7 +304,7 @@ impl SequenceWriter {
         info!(folder = %self.folder.name().display(), exit_status, frames, reason, "sequence ended");
         whole?;
         match self.folder.whereabouts() {
-            Some(now) if now != self.folder.name() => {
+            Ok(Some(now)) if now != self.folder.name() => {
                 Err(SequenceError::Renamed { folder: self.folder.name().to_owned(), now })
             }
             _ => Ok(()),

@@ -29,7 +29,7 @@ pub use disk::{
 };
 pub use faulty::{DiskFault, FaultyDisk};
 pub use free::free_bytes;
-pub use held::{HeldFolder, is_same};
+pub use held::{HeldFolder, if_there, is_same};
 pub use inside::read_inside;
 pub use interruption::abandon;
 pub use lines::open_lines;
