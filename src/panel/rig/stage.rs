@@ -248,7 +248,6 @@ impl<'a> StageSide<'a> {
         {
             self.shared.fail(format!("stage: {error}"));
         }
-        self.shared.stage_stop().release();
         self.shared.stands();
         self.refresh();
     }

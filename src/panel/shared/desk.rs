@@ -174,6 +174,8 @@ impl Shared {
 
     /// Nothing moves: a stop is over. An order that was waiting was forgotten, and its task with it.
     pub(in crate::panel) fn stands(&self) {
+        // Pressed on, it would stop the next stage, too.
+        self.stage_stop().release();
         self.change(|state| {
             state.stopping = false;
             state.task.take_if(|task| task.kind != TaskKind::Measuring);
@@ -341,7 +343,11 @@ mod tests {
         shared.look(|state| assert!(state.stopping));
         assert!(!shared.begin(TaskKind::Homing, "homing", Some(Order::Home)));
         assert!(next().is_none(), "an order that is refused is not carried out");
+        assert!(shared.stage_stop().pressed().is_some());
         shared.stands();
+        let next_stage = StopSwitch::default();
+        shared.connected(next_stage.clone());
+        assert_eq!(next_stage.pressed(), None, "a stop that is over stops no other stage");
         assert!(shared.begin(TaskKind::Homing, "homing", Some(Order::Home)));
         assert!(matches!(next(), Some(Order::Home)));
     }
