@@ -43,7 +43,7 @@ impl View {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let view = CurrentResults::open(&self.seq, self.results.as_deref())?;
         if let Some(reason) = view.unfit() {
-            talk.say(&format!("note: only the frames are shown: {reason}"));
+            talk.say(&format!("note: {reason}"));
         }
         let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })?;
         let stop = server.stop_switch();

@@ -154,6 +154,33 @@ fn maps_pixels_and_epis_are_those_on_disk() {
 }
 
 #[test]
+fn a_match_is_shown_whatever_is_wrong_with_its_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    matched(folder.path());
+    succeeds(folder.path(), &["surface", "seq"]);
+    let surface = folder.path().join("seq/results/surface");
+    let facts = || json(&get(&CurrentResults::open(&folder.path().join("seq"), None).unwrap(), "results"));
+    assert!(facts()["surface"].is_object() && facts()["unfit"].is_null());
+    let text = fs::read_to_string(surface.join("surface.json")).unwrap();
+    let foreign = text.replacen("\"matched_blake3\": \"", "\"matched_blake3\": \"0", 1);
+    let former = text.replacen("\"format\": 5", "\"format\": 4", 1);
+    assert!(foreign != text && former != text);
+    for (record, why) in
+        [(foreign, "of other results"), (former, "format version 4"), (String::new(), "line")]
+    {
+        fs::write(surface.join("surface.json"), record).unwrap();
+        let facts = facts();
+        assert!(facts["results"].is_object() && facts["surface"].is_null(), "{facts:#}");
+        let unfit = facts["unfit"].as_str().unwrap();
+        assert!(unfit.starts_with("the surface is not shown: ") && unfit.contains(why), "{unfit}");
+        assert!(facts["maps"].as_array().unwrap().iter().any(|map| map["id"] == "disparity"));
+    }
+    fs::write(surface.join("surface.json"), text).unwrap();
+    fs::write(surface.join("height_mm.tiff"), "no map").unwrap();
+    assert!(facts()["unfit"].as_str().unwrap().contains("changed"), "{}", facts()["unfit"]);
+}
+
+#[test]
 fn a_region_and_a_line_have_the_answers_of_the_command() {
     let folder = tempfile::tempdir().unwrap();
     matched(folder.path());

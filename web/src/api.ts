@@ -178,6 +178,8 @@ export interface Results {
   others: string[];
   geometry: Geometry | null;
   surface: SurfaceSummary | null;
+  /** What exists and is not shown, and why. */
+  unfit: string | null;
   /** The part of the picture that has answers. */
   answered_px: [x0: number, y0: number, x1: number, y1: number] | null;
   maps: MapInfo[];

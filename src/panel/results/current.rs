@@ -50,7 +50,7 @@ impl CurrentResults {
         self.held().sequence.name()
     }
 
-    /// Why the results in the usual folder are not shown, if they do not fit the sequence.
+    /// What exists and is not shown, and why: results that do not fit the sequence, or their surface.
     pub fn unfit(&self) -> Option<String> {
         self.held().unfit().map(str::to_owned)
     }

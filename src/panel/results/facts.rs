@@ -40,6 +40,8 @@ pub(super) struct Facts<'a> {
     others: Vec<String>,
     geometry: Option<GeometryFacts>,
     surface: Option<Value>,
+    /// What exists and is not shown, and why.
+    unfit: Option<&'a str>,
     /// The part of the picture that has answers: x and y of its first pixel, and of the one after its last.
     answered_px: Option<[usize; 4]>,
     maps: Vec<MapFacts<'a>>,
@@ -129,6 +131,7 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
             origin_px: [heights.geometry.principal_point_x_px, heights.geometry.principal_point_y_px],
         }),
         surface: surface(view),
+        unfit: view.unfit(),
         answered_px: opened.and_then(|opened| answered(&opened.disparity)),
         maps: view.maps.facts(),
         frames: FramesFacts {
@@ -146,9 +149,7 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
 /// The answers of `epirig surface`, if they are there.
 fn surface(view: &ResultsView) -> Option<Value> {
     let record = view.surface.as_ref()?.bytes(ResultsKind::Surface.summary()).ok()??;
-    // Answers of another version are asked for anew.
-    let format = ResultsKind::Surface.format();
-    serde_json::from_slice(&record).ok().filter(|answers: &Value| answers["format"] == format)
+    serde_json::from_slice(&record).ok()
 }
 
 /// The part of a map that has values. On each side it leaves out as much as holds one value in a thousand: single

@@ -33,9 +33,9 @@ pub(super) struct ResultsView {
     pub(super) id: String,
     /// `None` if the sequence has not been matched, or its results are not those of its frames.
     pub(super) results: Option<OpenedResults>,
-    /// Their surface; `None` if it has not been measured.
+    /// Their surface; `None` if it has not been measured, or cannot be shown.
     pub(super) surface: Option<ResultFiles>,
-    /// Why results that exist are not shown.
+    /// What exists and is not shown, and why.
     unfit: Option<String>,
     pub(super) maps: Maps,
     pub(super) frames: Frames,
@@ -46,7 +46,8 @@ pub(super) struct ResultsView {
 
 impl ResultsView {
     /// Opens the sequence in `folder` with its results in `results`; by default those in its folder
-    /// `results`, if there are any. If those do not fit the sequence any more, its frames are shown all the same.
+    /// `results`, if there are any. If those do not fit the sequence any more, its frames are shown all the same; and
+    /// a match is shown whatever is wrong with its surface.
     ///
     /// # Errors
     /// [`PanelError`] if the sequence or the results cannot be read, or do not belong together.
@@ -60,13 +61,18 @@ impl ResultsView {
         let wanted = results.map(Path::to_owned).or(there.then_some(usual.clone()));
         let opened = wanted.as_deref().map(|folder| open_results(&sequence, folder)).transpose();
         let (opened, unfit) = match opened {
-            Err(PipelineError::Mismatch(mismatch)) if results.is_none() => (None, Some(mismatch.to_string())),
+            Err(PipelineError::Mismatch(mismatch)) if results.is_none() => {
+                (None, Some(format!("only the frames are shown: {mismatch}")))
+            }
             opened => (opened?, None),
         };
         let folder = wanted.unwrap_or(usual);
-        let surface = opened.as_ref().map(|opened| opened.files.surface()).transpose()?.flatten();
-        let maps = opened.as_ref().map(|opened| Maps::of(opened, surface.as_ref())).transpose()?;
-        let maps = maps.unwrap_or_default();
+        let shown = opened.as_ref().map(maps_and_surface).transpose()?;
+        let (maps, surface, without_surface) = shown.unwrap_or_default();
+        let unfit = unfit.or(without_surface);
+        if let Some(unfit) = &unfit {
+            warn!(sequence = %quoted(sequence.folder()), "{unfit}");
+        }
         let calibration = opened.as_ref().and_then(|opened| opened.calibration.clone());
         let epis = Arc::new(Epis::new(sequence.clone(), calibration.clone()));
         let frames = Frames::new(sequence.clone(), calibration);
@@ -100,7 +106,7 @@ impl ResultsView {
         hash.finalize().to_hex()[..16].to_owned()
     }
 
-    /// Why the results in the usual folder are not shown, if they do not fit the sequence.
+    /// What exists and is not shown, and why: results that do not fit the sequence, or their surface.
     pub(super) fn unfit(&self) -> Option<&str> {
         self.unfit.as_deref()
     }
@@ -144,4 +150,18 @@ impl ResultsView {
             PanelError::NotThere(format!("{folder} has no results; run `epirig match {folder}`"))
         })
     }
+}
+
+/// The maps of a match with those of its surface, and the surface; without it if it cannot be shown, and why not.
+type MapsAndSurface = (Maps, Option<ResultFiles>, Option<String>);
+
+fn maps_and_surface(opened: &OpenedResults) -> Result<MapsAndSurface, PanelError> {
+    let both = || -> Result<MapsAndSurface, PanelError> {
+        let surface = opened.files.surface()?;
+        Ok((Maps::of(opened, surface.as_ref())?, surface, None))
+    };
+    both().or_else(|error| {
+        // If the match alone can be shown, the surface is at fault.
+        Ok((Maps::of(opened, None)?, None, Some(format!("the surface is not shown: {error}"))))
+    })
 }

@@ -37,21 +37,14 @@ export function StateBanner() {
   }
   if (view.value !== 'results') return null;
   const held = results.value;
-  if (held && !held.results) {
-    return (
-      <div class="banner warn" role="status">
-        <span aria-hidden="true">!</span>
-        <span>This sequence has no results yet. Run epirig match; the frames can be looked at here.</span>
-      </div>
-    );
-  }
-  if (held?.sequence.end_in_words) {
-    return (
-      <div class="banner warn" role="status">
-        <span aria-hidden="true">!</span>
-        <span>{held.sequence.end_in_words}</span>
-      </div>
-    );
-  }
-  return null;
+  if (!held) return null;
+  const none = 'This sequence has no results yet. Run epirig match; the frames can be looked at here.';
+  const words = held.unfit ?? (held.results ? held.sequence.end_in_words : none);
+  if (!words) return null;
+  return (
+    <div class="banner warn" role="status">
+      <span aria-hidden="true">!</span>
+      <span>{words}</span>
+    </div>
+  );
 }

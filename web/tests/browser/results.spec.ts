@@ -379,6 +379,17 @@ test('changed results that cannot be loaded are not told to be there, and are tr
   await expect(page.getByText('match.json is damaged')).toHaveCount(0);
 });
 
+test('a surface that cannot be shown is told, and the match is shown without it', async ({ page }) => {
+  test.skip(!!REAL, 'the mock server has a good surface');
+  await page.route(/\/api\/results$/, async (route) => {
+    const known = (await (await route.fetch()).json()) as object;
+    await route.fulfill({ json: { ...known, surface: null, unfit: 'the surface is not shown: damaged' } });
+  });
+  await open(page, 'results/height?p=300,240');
+  await expect(page.getByText('the surface is not shown: damaged')).toBeVisible();
+  await expect(valueOf(page)).toContainText('mm');
+});
+
 test('frames are shown in the map, and the map comes back', async ({ page }) => {
   await open(page);
   await page.getByRole('tab', { name: 'Frames' }).click();

@@ -192,6 +192,7 @@ export function results(): Results {
     others: ['look'],
     geometry: { pixel_mm: PIXEL_MM, distance_mm: 300, origin_px: [0, 0] },
     surface: SURFACE,
+    unfit: null,
     answered_px: [0, 0, 616, ROWS],
     maps: truth.MAPS.map(infoOf),
     frames: {
