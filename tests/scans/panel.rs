@@ -226,6 +226,40 @@ fn a_scan_is_paused_resumed_and_measured() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_scan_whose_folder_is_renamed_is_told_by_its_present_name() {
+    add_camera_drivers(&[&HELD]);
+    let set = ["camera.size=160x120", "plan.frames=21", "camera.device=held"];
+    let renamed = |pauses: bool| {
+        LET_GO.store(false, Ordering::SeqCst);
+        let bench = Bench::new(SIM, &set);
+        bench.post("scan/start", json!({ "name": "seq" }));
+        bench.until("some frames are there", |state| state["scan"]["done"].as_u64() >= Some(5));
+        fs::rename(bench.path().join("seq"), bench.path().join("other")).unwrap();
+        if pauses {
+            bench.post("scan/pause", json!({}));
+        }
+        LET_GO.store(true, Ordering::SeqCst);
+        let ended = bench.until("it ends", |state| {
+            !["running", "pausing"].contains(&state["scan"]["state"].as_str().unwrap())
+        });
+        assert_eq!(ended["scan"]["name"], "other", "{ended:#}");
+        (bench, ended)
+    };
+    let (bench, paused) = renamed(true);
+    assert_eq!((&paused["scan"]["state"], &paused["scan"]["reason"]), (&json!("paused"), &Value::Null));
+    bench.until_idle();
+    bench.post("scan/resume", json!({ "name": "other" }));
+    bench.until("it is done", |state| state["scan"]["state"] == "done");
+    let (bench, done) = renamed(false);
+    assert_eq!(done["scan"]["state"], "done", "{done:#}");
+    let told = done["log"].as_array().unwrap().last().unwrap()["words"].as_str().unwrap().to_owned();
+    assert!(told.contains("complete") && told.contains("renamed"), "{told}");
+    let sequence = Sequence::open(&bench.path().join("other")).unwrap();
+    assert_eq!(verify(&sequence, &Silent).unwrap().findings, []);
+}
+
+#[test]
 fn boards_held_by_hand_are_photographed_by_themselves() {
     let set = ["camera.size=320x240", "plan.frames=5", "plan.board=3", "plan.dark=1", "plan.flat=1"];
     let bench = Bench::new(REAL, &set);
@@ -259,6 +293,9 @@ static LEAVING: Odd = Odd {
 /// Waits.
 static WAITING: Odd = Odd { name: "waiting", when: When::Grab(8), mischief: Mischief::Wait(&OPEN) };
 static OPEN: AtomicBool = AtomicBool::new(false);
+/// Waits in a test of its own.
+static HELD: Odd = Odd { name: "held", when: When::Grab(8), mischief: Mischief::Wait(&LET_GO) };
+static LET_GO: AtomicBool = AtomicBool::new(false);
 /// Its cable is pulled while a person arranges something.
 static PULLED: Odd = Odd { name: "pulled", when: When::Look, mischief: Mischief::Cable(&CABLE) };
 static CABLE: Cable = Cable::new();

@@ -84,7 +84,7 @@ pub(in crate::panel) fn run_scan(
     } else {
         capture(&mut rig, &plan, &folder, Box::new(RealDisk))
     };
-    end(shared, &folder, taken.err());
+    end(shared, run.name, taken.err());
     drop(rig);
     drop(watcher);
     Ok(map)
@@ -107,25 +107,55 @@ fn planned(
     Ok((capture_plan(&recorded)?, Some(sequence)))
 }
 
-fn end(shared: &Shared, folder: &Path, error: Option<CaptureError>) {
-    let Some(error) = error else {
-        return shared.change(|state| {
-            state.log(LogKind::Note, "the scan is complete");
-            if let Some(scan) = &mut state.scan {
-                (scan.state, scan.seconds_left, scan.asked) = (ScanPhase::Done, None, None);
-                scan.held_by.clear();
-            }
-        });
+/// Says that a scan has all its frames.
+fn done(shared: &Shared, kind: LogKind, words: &str) {
+    shared.change(|state| {
+        state.log(kind, words);
+        if let Some(scan) = &mut state.scan {
+            (scan.state, scan.seconds_left, scan.asked) = (ScanPhase::Done, None, None);
+            scan.held_by.clear();
+        }
+    });
+}
+
+/// The name of a sequence in the folder of the panel; `None` if it is elsewhere.
+fn name_of(shared: &Shared, sequence: &Path) -> Option<String> {
+    let is_here = shared.folder.canonicalize().is_ok_and(|here| sequence.parent() == Some(&here));
+    is_here.then(|| sequence.file_name()?.to_str().map(str::to_owned)).flatten()
+}
+
+fn end(shared: &Shared, name: &str, error: Option<CaptureError>) {
+    let Some(error) = error else { return done(shared, LogKind::Note, "the scan is complete") };
+    let folder = shared.folder.join(name);
+    // Another program may have renamed it.
+    let name = match &error {
+        CaptureError::Interrupted { folder: now, .. }
+        | CaptureError::Sequence(SequenceError::Renamed { now, .. })
+            if *now != folder =>
+        {
+            name_of(shared, now)
+        }
+        _ => Some(name.to_owned()),
     };
-    let begun = Sequence::open(folder).is_ok();
+    if let Some(name) = &name {
+        shared.change(|state| {
+            let Some(scan) = &mut state.scan else { return };
+            (scan.name, scan.folder) = (name.clone(), shared.folder.join(name).display().to_string());
+        });
+    }
+    if let CaptureError::Sequence(SequenceError::Renamed { .. }) = &error {
+        return done(shared, LogKind::Warning, &format!("the scan is complete; {error}"));
+    }
+    let begun = matches!(error, CaptureError::Interrupted { .. });
+    let can_be_resumed = begun && name.is_some();
     // Who cancels what is asked for wants the scan to wait.
     let wanted = error.is_wanted() || matches!(error.cause(), CaptureError::NotArranged { .. });
     let words = match (wanted, begun) {
         (true, false) => "stopped before the first frame".to_owned(),
-        (true, true) => "the scan is paused".to_owned(),
+        (true, true) if can_be_resumed => "the scan is paused".to_owned(),
+        // Elsewhere, it can be resumed by the command that this names.
         _ => error.to_string(),
     };
-    let can_be_resumed = matches!(error, CaptureError::Interrupted { .. }) && begun;
     let holder = match error.cause() {
         _ if wanted => "operator",
         CaptureError::Camera(_) => "camera",
@@ -140,7 +170,7 @@ fn end(shared: &Shared, folder: &Path, error: Option<CaptureError>) {
         let kind = if wanted { LogKind::Note } else { LogKind::Error };
         state.log(kind, words.clone());
         let Some(scan) = &mut state.scan else { return };
-        let reason = (!(wanted && begun)).then_some(words);
+        let reason = (!(wanted && can_be_resumed)).then_some(words);
         (scan.seconds_left, scan.asked, scan.reason) = (None, None, reason);
         (scan.state, scan.held_by) =
             if can_be_resumed { (ScanPhase::Paused, vec![holder]) } else { (ScanPhase::Failed, Vec::new()) };
