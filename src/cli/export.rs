@@ -213,7 +213,7 @@ impl Export {
             let size = (opened.disparity.rows(), opened.disparity.columns());
             match map {
                 Some(map) if (map.rows(), map.columns()) != size => Err(CliError::Integrity(format!(
-                    "{}: its maps do not fit the sequence; run `epirig surface` again",
+                    "{}: its maps do not fit the sequence; run `epirig surface --overwrite` again",
                     folder.join("surface").display()
                 ))),
                 map => Ok(map),
@@ -225,7 +225,7 @@ impl Export {
                 CliError::Usage(format!("{folder} holds no such map; run {verb} first"))
             })
         };
-        let without_form = || there(of_surface("height_mm.tiff")?, "`epirig surface`");
+        let without_form = || there(of_surface("height_mm.tiff")?, "`epirig surface --overwrite`");
         Ok(match self.map {
             MapName::Disparity => opened.disparity.clone(),
             MapName::Sigma => opened.sigma.clone(),
@@ -246,7 +246,7 @@ impl Export {
             MapName::HeightWithoutForm => without_form()?,
             MapName::HeightFiltered => there(
                 of_surface("filtered_mm.tiff")?,
-                "`epirig surface` with --s-filter-mm or --l-filter-mm",
+                "`epirig surface --overwrite` with --s-filter-mm or --l-filter-mm",
             )?,
             MapName::Difference | MapName::DifferenceSigma => there(None, "`epirig compare`")?,
         })

@@ -101,7 +101,7 @@ pub enum ResultsError {
         path: PathBuf,
     },
     /// A record that is invalid.
-    #[error("{}: {reason}; run `epirig {}` again", path.display(), kind.verb())]
+    #[error("{}: {reason}; run `epirig {} --overwrite` again", path.display(), kind.verb())]
     BadSummary {
         /// The file.
         path: PathBuf,
@@ -112,7 +112,7 @@ pub enum ResultsError {
     },
     /// A file that is another one than when it was written.
     #[error(
-        "{} was changed after it was written, or exchanged: {} has the hash of another file; restore it from a copy, or run `epirig {}` again",
+        "{} was changed after it was written, or exchanged: {} has the hash of another file; restore it from a copy, or run `epirig {} --overwrite` again",
         path.display(), kind.summary(), kind.verb()
     )]
     Changed {
@@ -122,7 +122,7 @@ pub enum ResultsError {
         kind: ResultsKind,
     },
     /// A file that is no longer there.
-    #[error("{} is missing; restore it from a copy, or run `epirig {}` again", path.display(), kind.verb())]
+    #[error("{} is missing; restore it from a copy, or run `epirig {} --overwrite` again", path.display(), kind.verb())]
     Missing {
         /// The file.
         path: PathBuf,

@@ -137,6 +137,23 @@ fn hints_name_commands_that_are_not_refused() {
     assert!(said.contains("only the frames are shown"), "{said}");
     run_all(folder, &resumed);
     assert!(!viewed(folder, "cut").contains("only the frames"));
+
+    // A map that is gone: the advice names the verb, and the sequence is that of the command.
+    succeeds(folder, &["surface", "plain", "--overwrite"]);
+    for (file, map) in [("confidence.tiff", "confidence"), ("surface/height_mm.tiff", "height-without-form")]
+    {
+        fs::remove_file(folder.join("plain/results").join(file)).unwrap();
+        let export = ["export", "plain", "--map", map, "--out", &format!("{map}.tiff")];
+        let refused = epirig(folder, &export);
+        let said = String::from_utf8(refused.stderr).unwrap();
+        let commands = named_commands(&said);
+        assert!(!refused.status.success() && commands.len() == 1, "{said}");
+        let mut command: Vec<&str> = commands[0].iter().map(String::as_str).collect();
+        command.push("plain");
+        succeeds(folder, &command);
+        succeeds(folder, &["surface", "plain", "--overwrite"]);
+        succeeds(folder, &export);
+    }
 }
 
 #[test]
