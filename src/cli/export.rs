@@ -15,7 +15,7 @@ use crate::pipeline::{
     OpenedResults, answer_classes, matched_frame, open_results, surface_need, surface_points,
 };
 use crate::report::{MapPicture, Millimetres, ValueRange, Window, class_picture};
-use crate::results::{ResultFiles, ResultsError, ResultsKind, encoded_picture, read_compare_facts};
+use crate::results::{ResultFiles, ResultsError, ResultsKind, encoded_picture};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat, Quantity};
 use epirig_data::sequence::Sequence;
@@ -262,13 +262,13 @@ impl Export {
                 kind.summary()
             )));
         }
-        let facts = read_compare_facts(folder)?;
+        let (files, facts) = ResultFiles::open_compare(folder)?;
         let name = match self.map {
             MapName::DifferenceSigma => "difference_sigma_mm.tiff",
             _ => "difference_mm.tiff",
         };
         Ok(Found {
-            map: ResultFiles::open(folder, kind)?.needed_map(name)?,
+            map: files.needed_map(name)?,
             source: format!("sequence {} less {}", facts.second_uid, facts.first_uid),
             millimetres: Some(Millimetres { pixel_mm: facts.pixel_mm, origin_px: facts.origin_px }),
             of: None,

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{PipelineError, geometry};
 use crate::calibrate::{Calibration, InputHashes, read_calibration};
 use crate::profile::Profile;
-use crate::results::{MatchSummary, ResultFiles, ResultsKind, ResultsMismatch, read_summary};
+use crate::results::{MatchSummary, ResultFiles, ResultsMismatch};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::Sequence;
@@ -57,8 +57,7 @@ impl OpenedResults {
 /// or contradict themselves.
 pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults, PipelineError> {
     sequence.check_records()?;
-    let matched = read_summary(folder)?;
-    let files = ResultFiles::open(folder, ResultsKind::Match)?;
+    let (files, matched) = ResultFiles::open_match(folder)?;
     let (sequence_folder, results) = (sequence.folder().to_owned(), folder.to_owned());
     if matched.sequence_uid != sequence.record().uid {
         return Err(ResultsMismatch::OtherSequence { results, sequence: sequence_folder }.into());

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::kind::ResultsKind;
-use super::read::{LARGEST_MAP, decoded, grey, read_results_record};
-use super::{ResultsError, hash};
+use super::read::{LARGEST_MAP, decoded, grey, parsed, record_bytes, summary_in};
+use super::{MatchSummary, ResultsError, hash};
 use epirig_core::grid::Grid;
-use epirig_data::storage::{is_there, read_file, read_inside};
+use epirig_data::storage::{is_there, read_inside};
 
 /// Bytes of the largest file: a few times the largest map.
 const LARGEST_FILE: u64 = 4 * LARGEST_MAP;
@@ -49,26 +49,40 @@ pub struct CompareFacts {
     pub origin_px: (f64, f64),
 }
 
-/// What `compare.json` in `folder` tells of its maps.
-///
-/// # Errors
-/// As [`ResultFiles::open`].
-pub fn read_compare_facts(folder: &Path) -> Result<CompareFacts, ResultsError> {
-    read_results_record(folder, ResultsKind::Compare)
-}
-
 impl ResultFiles {
     /// The results of this kind in `folder`.
     ///
     /// # Errors
     /// [`ResultsError`] if their record is missing, of another version, or invalid.
     pub fn open(folder: &Path, kind: ResultsKind) -> Result<Self, ResultsError> {
-        Ok(Self::opened(folder, kind)?.0)
+        Ok(Self::of(folder, kind, record_bytes(folder, kind)?)?.0)
     }
 
-    fn opened(folder: &Path, kind: ResultsKind) -> Result<(Self, Bound), ResultsError> {
-        let mut bound: Bound = read_results_record(folder, kind)?;
-        let record = hash(&read_file(&folder.join(kind.summary()), LARGEST_FILE)?);
+    /// Those of `epirig match`, with their summary.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_match(folder: &Path) -> Result<(Self, MatchSummary), ResultsError> {
+        let bytes = record_bytes(folder, ResultsKind::Match)?;
+        let summary = summary_in(folder, bytes.clone())?;
+        Ok((Self::of(folder, ResultsKind::Match, bytes)?.0, summary))
+    }
+
+    /// Those of `epirig compare`, with what `compare.json` tells of their maps.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_compare(folder: &Path) -> Result<(Self, CompareFacts), ResultsError> {
+        let kind = ResultsKind::Compare;
+        let bytes = record_bytes(folder, kind)?;
+        let facts = parsed(folder, kind, bytes.clone())?;
+        Ok((Self::of(folder, kind, bytes)?.0, facts))
+    }
+
+    /// The results whose record these bytes are.
+    fn of(folder: &Path, kind: ResultsKind, bytes: Vec<u8>) -> Result<(Self, Bound), ResultsError> {
+        let record = hash(&bytes);
+        let mut bound: Bound = parsed(folder, kind, bytes)?;
         let files = std::mem::take(&mut bound.files);
         Ok((Self { folder: folder.to_owned(), kind, files, record }, bound))
     }
@@ -84,7 +98,7 @@ impl ResultFiles {
         if !is_there(&path).map_err(io)? {
             return Ok(None);
         }
-        let (surface, bound) = Self::opened(&folder, kind)?;
+        let (surface, bound) = Self::of(&folder, kind, record_bytes(&folder, kind)?)?;
         match bound.matched_blake3.as_ref() == Some(&self.record) {
             true => Ok(Some(surface)),
             false => {
@@ -167,5 +181,43 @@ impl ResultFiles {
 
     fn missing(&self, name: &str) -> ResultsError {
         ResultsError::Missing { path: self.folder.join(name), kind: self.kind }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+
+    /// As another `epirig match --overwrite` does meanwhile.
+    #[test]
+    fn files_and_hash_are_of_one_record_while_it_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let (record, made) = (folder.path().join("match.json"), folder.path().join("made"));
+        let format = ResultsKind::Match.format();
+        let text =
+            |files: &str| format!("{{\"format\": {format}, \"files\": {{\"cost.tiff\": \"{files}\"}}}}");
+        let records = ["one", "other"].map(|files| (files, hash(text(files).as_bytes())));
+        let replace = |files: &str| {
+            fs::write(&made, text(files)).unwrap();
+            fs::rename(&made, &record).unwrap();
+        };
+        replace("one");
+        let ended = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !ended.load(Ordering::SeqCst) {
+                    records.iter().for_each(|(files, _)| replace(files));
+                }
+            });
+            let opened: Vec<_> =
+                (0..2000).map(|_| ResultFiles::open(folder.path(), ResultsKind::Match)).collect();
+            ended.store(true, Ordering::SeqCst);
+            for files in opened.into_iter().map(Result::unwrap) {
+                let of = files.hash_of("cost.tiff").unwrap();
+                assert!(records.contains(&(of, files.record_hash().to_owned())), "{of}");
+            }
+        });
     }
 }

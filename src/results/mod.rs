@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 pub use conclusion::{Conclusion, read_conclusion, scale_in_words};
 pub use error::ResultsError;
-pub use files::{CompareFacts, ResultFiles, read_compare_facts};
+pub use files::{CompareFacts, ResultFiles};
 pub use kind::ResultsKind;
 pub use mismatch::ResultsMismatch;
 pub use read::{read_map, read_named_map, read_summary, results_beside};

@@ -9,7 +9,7 @@ use super::{MatchSettings, MatchSummary, ResultsError, ResultsKind};
 use epirig_core::grid::{Grid, MOST_PIXELS};
 use epirig_data::formats::MapFormat;
 use epirig_data::storage::{
-    ReadError, RealDisk, RecordError, is_scratch, read_file, read_named, read_record, recover,
+    LARGEST_RECORD, ReadError, RealDisk, RecordError, is_scratch, read_file, read_named, record_in, recover,
 };
 use epirig_matcher::LARGEST_WINDOW_PX;
 
@@ -79,14 +79,29 @@ pub(super) fn read_results_record<T: DeserializeOwned>(
     folder: &Path,
     kind: ResultsKind,
 ) -> Result<T, ResultsError> {
+    parsed(folder, kind, record_bytes(folder, kind)?)
+}
+
+/// The bytes of that record. Other results may take the place of these at any time: all that is to be known of the
+/// record comes from one reading.
+pub(super) fn record_bytes(folder: &Path, kind: ResultsKind) -> Result<Vec<u8>, ResultsError> {
     // A killed program may have left the results set aside.
     recover(&mut RealDisk, folder).map_err(|source| ResultsError::Io {
         action: "bring back",
         path: folder.to_owned(),
         source,
     })?;
+    Ok(read_file(&folder.join(kind.summary()), LARGEST_RECORD)?)
+}
+
+/// The record that these bytes are.
+pub(super) fn parsed<T: DeserializeOwned>(
+    folder: &Path,
+    kind: ResultsKind,
+    bytes: Vec<u8>,
+) -> Result<T, ResultsError> {
     let bad = |path, reason| ResultsError::BadSummary { path, reason, kind };
-    read_record(&folder.join(kind.summary()), kind.format()).map_err(|error| match error {
+    record_in(&folder.join(kind.summary()), bytes, kind.format()).map_err(|error| match error {
         RecordError::Read(error) => error.into(),
         RecordError::Version { path, found, expected } => {
             bad(path, format!("it has format version {found}, this program reads version {expected}"))
@@ -100,8 +115,13 @@ pub(super) fn read_results_record<T: DeserializeOwned>(
 /// # Errors
 /// [`ResultsError`] if it is missing, has another version or is invalid.
 pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
+    summary_in(folder, record_bytes(folder, ResultsKind::Match)?)
+}
+
+/// The same of the bytes of `match.json`.
+pub(super) fn summary_in(folder: &Path, bytes: Vec<u8>) -> Result<MatchSummary, ResultsError> {
     let kind = ResultsKind::Match;
-    let summary: MatchSummary = read_results_record(folder, kind)?;
+    let summary: MatchSummary = parsed(folder, kind, bytes)?;
     let bad = |reason| ResultsError::BadSummary { path: folder.join(kind.summary()), reason, kind };
     let MatchSettings { window_px, fit_window_px, .. } = summary.settings;
     if window_px.max(fit_window_px) > LARGEST_WINDOW_PX {

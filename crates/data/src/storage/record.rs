@@ -10,7 +10,7 @@ use super::ReadError;
 use super::read::{read_file, text};
 
 /// More than any record has, but for a journal, which grows with the frames.
-const LARGEST_RECORD: u64 = 64 << 20;
+pub const LARGEST_RECORD: u64 = 64 << 20;
 
 /// Why a record is not understood.
 #[derive(Debug, Error)]
@@ -132,6 +132,14 @@ pub fn read_record<T: DeserializeOwned>(path: &Path, version: u32) -> Result<T, 
     read_record_of_kinds::<T, serde::de::IgnoredAny>(path, version)
 }
 
+/// The record in `bytes`, which were read from `path`.
+///
+/// # Errors
+/// [`RecordError`].
+pub fn record_in<T: DeserializeOwned>(path: &Path, bytes: Vec<u8>, version: u32) -> Result<T, RecordError> {
+    record_of_kinds::<T, serde::de::IgnoredAny>(path, bytes, version)
+}
+
 /// The same of a record with parts of one of several kinds. `Keys` has the keys of all kinds, each optional:
 /// it finds which key is wrong, and where.
 ///
@@ -141,13 +149,21 @@ pub fn read_record_of_kinds<T: DeserializeOwned, Keys: DeserializeOwned>(
     path: &Path,
     version: u32,
 ) -> Result<T, RecordError> {
+    record_of_kinds::<T, Keys>(path, read_file(path, LARGEST_RECORD)?, version)
+}
+
+fn record_of_kinds<T: DeserializeOwned, Keys: DeserializeOwned>(
+    path: &Path,
+    bytes: Vec<u8>,
+    version: u32,
+) -> Result<T, RecordError> {
     /// The keys that all records have. Other keys of another version would only confuse.
     #[derive(Deserialize)]
     struct Head {
         #[serde(default)]
         format: u64,
     }
-    let text = text(read_file(path, LARGEST_RECORD)?, path)?;
+    let text = text(bytes, path)?;
     let content = |fault| RecordError::Content { path: path.to_owned(), fault };
     let head: Head = parse_record(&text).map_err(content)?;
     if head.format != u64::from(version) {
