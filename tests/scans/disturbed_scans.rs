@@ -44,6 +44,10 @@ impl<F: FnOnce() + Send> Disk for Tampered<F> {
         RealDisk.rename(from, to)
     }
 
+    fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()> {
+        RealDisk.rename_new(from, to)
+    }
+
     fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
         RealDisk.exchange(one, other)
     }

@@ -45,6 +45,13 @@ pub trait Disk: Send {
     /// See [`make_folder`](Self::make_folder).
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()>;
 
+    /// Gives a file another name, if the name is free.
+    ///
+    /// # Errors
+    /// See [`make_folder`](Self::make_folder); of kind `AlreadyExists` if the name is taken. Where the system has no
+    /// such step, the name is looked at before, and what gets it in between is replaced.
+    fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()>;
+
     /// Exchanges two names, whatever they name, in one step.
     ///
     /// # Errors
@@ -110,6 +117,18 @@ impl Disk for RealDisk {
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
         let _step = Step::begin();
         fs::rename(from, to)
+    }
+
+    fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()> {
+        use io::ErrorKind::{AlreadyExists, InvalidInput, Unsupported};
+        let _step = Step::begin();
+        match rename_if_free(from, to) {
+            Err(error) if matches!(error.kind(), Unsupported | InvalidInput) => match is_there(to)? {
+                true => Err(AlreadyExists.into()),
+                false => fs::rename(from, to),
+            },
+            renamed => renamed,
+        }
     }
 
     fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
@@ -181,6 +200,17 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
+#[cfg(target_os = "linux")]
+fn rename_if_free(from: &Path, to: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, from, CWD, to, RenameFlags::NOREPLACE)?)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn rename_if_free(_: &Path, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
 /// Why a new name may not survive a loss of power, although what it names is whole.
 #[derive(Debug, Error)]
 #[error("it is whole, but its folder could not be flushed to disk, so a loss of power may undo it ({0})")]
@@ -217,7 +247,8 @@ pub fn write_whole(disk: &mut dyn Disk, path: &Path, bytes: &[u8]) -> io::Result
     sync_name(disk, path)
 }
 
-/// Writes a whole file, or nothing, if the name is free. Of two programs that write at once, one is refused.
+/// Writes a whole file, or nothing, if the name is free. Of two programs that write at once, one is refused, unless
+/// the file system knows neither hard links nor a [renaming to free names](Disk::rename_new).
 ///
 /// # Errors
 /// What the operating system says; of kind `AlreadyExists` if the name is taken. There is no file, unless it [is in
@@ -234,7 +265,7 @@ pub fn write_new(disk: &mut dyn Disk, path: &Path, bytes: &[u8]) -> io::Result<(
         Err(error)
             if matches!(error.kind(), io::ErrorKind::Unsupported | io::ErrorKind::PermissionDenied) =>
         {
-            disk.rename(&made, path)?;
+            disk.rename_new(&made, path)?;
         }
         linked => linked?,
     }
@@ -273,13 +304,14 @@ mod tests {
     /// Lets each step fail in turn: either there is no file, or it is whole and the error says so.
     #[test]
     fn a_file_that_could_not_be_written_is_not_there_or_is_said_to_be() {
-        for write in [write_whole as Write, write_new] {
+        let disk = |steps| FaultyDisk::new(DiskFault::Killed, steps);
+        for (write, has_links) in [(write_whole as Write, true), (write_new, true), (write_new, false)] {
             // Written, flushed, named, and its folder flushed.
             for steps in 0..4 {
                 let folder = tempfile::tempdir().unwrap();
                 let path = folder.path().join("file");
-                let error =
-                    write(&mut FaultyDisk::new(DiskFault::Killed, steps), &path, b"whole").unwrap_err();
+                let mut disk = if has_links { disk(steps) } else { disk(steps).without_links() };
+                let error = write(&mut disk, &path, b"whole").unwrap_err();
                 assert_eq!(is_in_place(&error), steps == 3, "{steps}: {error}");
                 assert_eq!(error.to_string().contains("it is whole"), steps == 3, "{steps}: {error}");
                 match fs::read(&path) {
@@ -292,12 +324,15 @@ mod tests {
 
     #[test]
     fn a_taken_name_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("file");
-        write_new(&mut RealDisk, &path, b"first").unwrap();
-        let error = write_new(&mut RealDisk, &path, b"second").unwrap_err();
-        assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
-        assert_eq!(fs::read(&path).unwrap(), b"first");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        let without_links = FaultyDisk::new(DiskFault::Killed, usize::MAX).without_links();
+        for disk in [&mut RealDisk as &mut dyn Disk, &mut { without_links }] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("file");
+            write_new(disk, &path, b"first").unwrap();
+            let error = write_new(disk, &path, b"second").unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
+            assert_eq!(fs::read(&path).unwrap(), b"first");
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        }
     }
 }

@@ -37,17 +37,24 @@ pub struct FaultyDisk {
     dead: bool,
     /// Whether two names can change places in one step.
     exchanges: bool,
+    /// Whether a file can have two names.
+    links: bool,
 }
 
 impl FaultyDisk {
     /// A disk that does `steps` steps before it fails.
     pub fn new(fault: DiskFault, steps: usize) -> Self {
-        Self { fault, steps, dead: false, exchanges: true }
+        Self { fault, steps, dead: false, exchanges: true, links: true }
     }
 
     /// The same on a file system without exchange of names.
     pub fn without_exchange(self) -> Self {
         Self { exchanges: false, ..self }
+    }
+
+    /// The same on a file system without hard links.
+    pub fn without_links(self) -> Self {
+        Self { links: false, ..self }
     }
 
     /// Whether this step still works.
@@ -110,6 +117,10 @@ impl Disk for FaultyDisk {
         self.step(|disk| disk.rename(from, to))
     }
 
+    fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()> {
+        self.step(|disk| disk.rename_new(from, to))
+    }
+
     fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
         if !self.exchanges {
             return Err(io::ErrorKind::Unsupported.into());
@@ -118,6 +129,9 @@ impl Disk for FaultyDisk {
     }
 
     fn link(&mut self, file: &Path, name: &Path) -> io::Result<()> {
+        if !self.links {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
         self.step(|disk| disk.link(file, name))
     }
 
