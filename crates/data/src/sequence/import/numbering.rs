@@ -53,7 +53,9 @@ pub(super) fn refuse_foreign(mut paths: Vec<PathBuf>) -> Result<(), SequenceErro
     let first = paths.iter().find_map(|path| Some((path, foreign_name(path)?)));
     match first {
         Some((path, format)) => {
-            Err(SequenceError::ForeignFormat { path: path.clone(), format, count: paths.len() })
+            let alike = |other: &&PathBuf| foreign_name(other).is_some_and(|other| other.name == format.name);
+            let count = paths.iter().filter(alike).count();
+            Err(SequenceError::ForeignFormat { path: path.clone(), format, count })
         }
         None => Ok(()),
     }
@@ -95,6 +97,16 @@ impl Stem {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn others_of_the_same_format_alone_are_counted() {
+        let told = |names: &[&str]| refuse_foreign(names.iter().map(PathBuf::from).collect()).unwrap_err();
+        let told = |names: &[&str]| told(names).to_string();
+        let one = told(&["a.CR2", "b.HEIC", "c.zip", "d.txt"]);
+        assert!(one.contains("a.CR2 is ") && !one.contains("(and so"), "{one}");
+        let two = told(&["a.CR2", "b.HEIC", "c.NEF"]);
+        assert!(two.contains("a.CR2 is ") && two.contains("(and so is 1 other)"), "{two}");
+    }
 
     #[test]
     fn what_is_missing_between_numbers_is_named() {
