@@ -33,7 +33,8 @@ Faults, several separated by commas; MOVE counts from 1, TIME is in seconds:
                            notices it only when homed
   mute@MOVE/TIMEs          answers after this move are lost for a time
   reset@MOVE+TIMEs         it restarts in this move, at this time after its start
-  settings@MOVE+TIMEs      it restarts in this move with 0.4 % more steps per mm
+  settings@MOVE+TIMEs      it restarts in this move with other steps per mm; a zaber stage with
+                           another resolution
   hang-up@MOVE+TIMEs/TIMEs the cable is unplugged in this move, and plugged in after the second time
   limit@MOVE+TIMEs         a limit switch closes in this move, for a second
 With --video-output the view of the camera is simulated too, for a camera driver that is looped back

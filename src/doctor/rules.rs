@@ -60,7 +60,8 @@ pub fn disk(
     const NAME: &str = "disk";
     let frames = (plan.positions_mm.len() + plan.calibration_frames()).saturating_sub(present);
     let needed = (plan.frame_bytes(configuration) + BESIDES_BYTES) * frames as u64;
-    let needs = format!("the sequence takes {:.1} MB at most", needed as f64 / MB);
+    let what = if present == 0 { "the sequence takes" } else { "the frames that are missing take" };
+    let needs = format!("{what} {:.1} MB at most", needed as f64 / MB);
     let Some(free) = free_bytes else {
         return Check::with_advice(
             NAME,
@@ -205,7 +206,9 @@ mod tests {
         assert_eq!(verdict(4, Some(10_000_000)), Verdict::Bad);
         assert_eq!(verdict(1, None), Verdict::Unknown);
         // Half of the frames are there already.
-        assert_eq!(disk(&plan(4), 5, Some(10_100_000), &configuration).verdict, Verdict::Good);
+        let rest = disk(&plan(4), 5, Some(10_100_000), &configuration);
+        assert_eq!(rest.verdict, Verdict::Good);
+        assert!(rest.finding.starts_with("the frames that are missing take 5.0 MB"), "{}", rest.finding);
         assert_eq!(automatic_controls(&configuration).verdict, Verdict::Warning);
     }
 }

@@ -49,7 +49,7 @@ pub const STAGE_FAULTS: &[StageFault] = &[
     fault("the cable is pulled in the move, and back after 1 s", "hang-up@N+0.2s/1s"),
     StageFault { wait_s: IMPATIENT_S, ..fault("the cable is pulled for good", "hang-up@N+0.2s/1000000s") },
     fault("the power is cut in the move, and back after 3 s", "reset@N+0.2s,hang-up@N+0.2s/3s"),
-    fault("the power is cut in the move, and its settings have changed by 0.4 %", "settings@N+0.2s"),
+    fault("the power is cut in the move, and its settings have changed", "settings@N+0.2s"),
     StageFault {
         wait_s: IMPATIENT_S,
         ..fault("the power is cut for good", "reset@N+0.2s,hang-up@N+0.2s/1000000s")
