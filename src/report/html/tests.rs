@@ -120,6 +120,7 @@ impl Records {
                 matched_blake3: "cd34".to_owned(),
                 conclusion: Conclusion {
                     sentence: "hollows 0.2004 mm +- 0.0020 mm deep (95 % coverage)".to_owned(),
+                    depth: Some("0.2004 mm +- 0.0020 mm".to_owned()),
                     planned_mm: Some(0.25),
                     as_planned: Some(false),
                 },
