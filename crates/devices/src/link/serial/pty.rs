@@ -24,6 +24,10 @@ use crate::link::{LineNoise, LinkError, PortLock, SimulatedDevice};
 const BAUD: u32 = 115_200;
 /// Longest time for which the server waits for bytes before it advances the device.
 const PATIENCE: Duration = Duration::from_millis(1);
+/// The device's time passes in steps of this length at most, a tenth of what its watchdog waits. On a busy machine this
+/// thread may have to wait longer for its turn, and so may what it serves: the device is then late, instead of missing
+/// what was sent to it meanwhile.
+const LONGEST_STEP: Duration = Duration::from_millis(50);
 
 /// Runs a simulated device in real time behind a pseudo-terminal, or on a serial port, until it is dropped.
 ///
@@ -212,7 +216,7 @@ impl<D: SimulatedDevice> Server<D> {
         let mut last = Instant::now();
         while !self.quit.load(Ordering::Relaxed) {
             let now = Instant::now();
-            self.device.advance(now - last);
+            self.device.advance((now - last).min(LONGEST_STEP));
             last = now;
             if !self.device.connected() {
                 if pty.take().is_some() {
