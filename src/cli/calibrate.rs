@@ -102,7 +102,7 @@ impl CalibrateVerb {
         }
         let plan = self.plan(&sequence)?;
         let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
-        let need = calibration_need(frames_of(&sequence, None), others.iter().sum());
+        let need = calibration_need(frames_of(&sequence, None), others.iter().sum(), plan.positions);
         check("calibrating", need, talk, close_others)?;
         let (found, unfinished) = calibrate_sequence(&sequence, &plan, self.overwrite, talk)?;
         let calibration = &found.calibration;

@@ -4,6 +4,8 @@
 //! frames of 512 x 512 to 4096 x 3072 pixels, with 8 and 16 bit, for every way of matching, and rounded up by
 //! about 5 %. So they are upper bounds.
 
+use crate::calibrate::PositionSource;
+use epirig_calibration::texture_motion;
 use epirig_matcher::{Effort, MatchOptions};
 
 /// Memory of the program without frames, and of each of its threads, in bytes.
@@ -66,10 +68,14 @@ pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
 
 /// Most bytes that a calibration takes, with the `frames` of a scan and `others`: the number of dark, flat
 /// and board frames of the same size.
-pub fn calibration_need(frames: Frames, others: usize) -> u64 {
+pub fn calibration_need(frames: Frames, others: usize, positions: PositionSource) -> u64 {
     // The scan's frames are held rectified, the others raw.
     let rectified = Frames { sample_bytes: 2, ..frames };
-    rectified.with(CALIBRATION) + others as u64 * frames.pixels() * frames.sample_bytes as u64
+    let texture = match positions {
+        PositionSource::Texture => texture_motion::need(frames.count, frames.rows, frames.columns),
+        _ => 0,
+    };
+    rectified.with(CALIBRATION) + others as u64 * frames.pixels() * frames.sample_bytes as u64 + texture
 }
 
 /// Most bytes that rectifying `frames` takes.
@@ -121,5 +127,21 @@ mod tests {
         let fewer = frames_that_fit(frames, &options, need - 50_000_000);
         assert!(fewer.is_some_and(|count| (50..60).contains(&count)), "{fewer:?}");
         assert_eq!(frames_that_fit(frames, &options, 100_000_000), None);
+    }
+
+    #[test]
+    fn positions_from_the_texture_take_the_frames_once_more_but_small() {
+        // 24 MP, reduced by six: 2.7 MB each. Small frames are held as they are.
+        for (rows, columns, each) in [(4000, 6000, 4 * 666 * 1000), (500, 700, 4 * 500 * 700)] {
+            let of = |count: usize| {
+                let frames = Frames { count, rows, columns, sample_bytes: 1 };
+                let [texture, stage] = [PositionSource::Texture, PositionSource::Stage]
+                    .map(|positions| calibration_need(frames, 0, positions));
+                texture - stage
+            };
+            assert_eq!(of(30_000), 30_000 * each);
+            // Some pictures are held in full size.
+            assert!(of(3) >= 8 * 4 * (rows * columns) as u64, "{}", of(3));
+        }
     }
 }

@@ -8,7 +8,7 @@ use epirig_core::grid::Grid;
 use epirig_core::statistics::{median, root_mean_square};
 
 /// Frames that are looked at, at most; of more, every second or third.
-const MOST_FRAMES: usize = 400;
+pub(super) const MOST_FRAMES: usize = 400;
 /// Places of points in frames: enough for steps of a hundredth of a reduced pixel.
 const OBSERVATIONS: usize = 30_000;
 /// A frame stands where the one before it does if its step is less than this share of the usual one, and it goes

@@ -15,6 +15,7 @@ mod reduced;
 #[cfg(test)]
 mod tests;
 
+use crate::texture_motion;
 pub use doubt::{Doubt, Motion};
 use epirig_core::frame::Frame;
 use judge::Judge;
@@ -39,9 +40,10 @@ impl MotionCheck {
 
     /// Bytes that a check of so many frames holds at most.
     pub fn need(count: usize) -> u64 {
-        let longest = Self::new(count).longest as u64;
-        // One picture, and one of half its size, as 32-bit floats.
-        5 * longest * longest * count.min(SIZES[SIZES.len() - 1].0) as u64
+        let longest = Self::new(count).longest;
+        // One picture, and one of half its size, as 32-bit floats; and what following points through them takes.
+        let held = 5 * (longest * longest * count.min(SIZES[SIZES.len() - 1].0)) as u64;
+        held + texture_motion::need(count.min(along::MOST_FRAMES), longest, longest)
     }
 
     /// Takes the next frame. Frames beyond the first 1600 are not looked at.

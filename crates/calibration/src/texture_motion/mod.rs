@@ -5,9 +5,9 @@
 //! texture are followed from an anchor frame to every other in which they are seen, and not only to the next: a
 //! displacement over many frames, one over few, and those of points of other anchors must agree.
 //!
-//! 1. In small pictures, two frames show how far each point moves (`search`). Then each further frame has one
-//!    unknown, s. All s over the whole width of the picture are tried with all points at once. Nothing is assumed
-//!    about steps, so gaps, steps back and repeated frames are found like others.
+//! 1. In small pictures, two frames show how far each point moves (`start`). Then each further frame has one
+//!    unknown, s (`search`). All s over the whole width of the picture are tried with all points at once. Nothing is
+//!    assumed about steps, so gaps, steps back and repeated frames are found like others.
 //! 2. In larger pictures, up to the frames' own size, points are placed in each frame by least squares (`follow`).
 //! 3. All s, c and rho are adjusted together (`adjust`), with weights that leave out outliers.
 //!
@@ -19,6 +19,7 @@ mod follow;
 mod frames;
 mod point;
 mod search;
+mod start;
 #[cfg(test)]
 mod tests;
 
@@ -27,10 +28,14 @@ pub use frames::Frames;
 
 use adjust::Adjusted;
 use epirig_core::statistics::{median, root_mean_square};
-use search::Found;
+use search::{Found, SOME};
 
 /// Longest side of the pictures of the first search, in px.
 const SEARCH_SIDE: usize = 256;
+/// Where they show no clear motion, the search goes on in larger ones, up to so many times as long: frames of 24 MP
+/// are then reduced by six, and grains of two of their pixels keep a third of their contrast. Twice the length has four
+/// times as many places to try, and four times as many bytes.
+const LARGER: usize = 4;
 /// Shortest side of any picture, in px: points need room.
 const LEAST_SIDE: usize = 24;
 /// From one size to the next: a start that is right to a tenth of a pixel is then within half a pixel.
@@ -119,6 +124,24 @@ impl TextureMotion {
     }
 }
 
+/// Reductions of frames of this size for the first search: the first that is tried, and the least.
+fn search_factors(rows: usize, columns: usize) -> (usize, usize) {
+    let most = (rows.min(columns) / LEAST_SIDE).max(1);
+    let first = rows.max(columns).div_ceil(SEARCH_SIDE).clamp(1, most);
+    (first, first.div_ceil(LARGER))
+}
+
+/// Bytes that [`texture_motion`] takes at most for so many frames of this size, besides the frames themselves.
+pub fn need(count: usize, rows: usize, columns: usize) -> u64 {
+    let pixels = |factor: usize| (rows / factor) as u64 * (columns / factor) as u64;
+    let (_, least) = search_factors(rows, columns);
+    // The search holds all frames, small. Then points are placed in pictures of full size: those of an anchor in some
+    // at once, and all of them in one picture for each thread.
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let large = (SOME + 1).max(threads) as u64 * pixels(1);
+    size_of::<f32>() as u64 * large.max(count as u64 * pixels(least))
+}
+
 /// Finds how the camera moved.
 ///
 /// `observations` bounds the effort: how many times a point is placed in a frame, at most. 200,000 take some
@@ -131,9 +154,8 @@ pub fn texture_motion(frames: &dyn Frames, observations: usize) -> Result<Textur
         return Err(TextureMotionError::TooFew { frames: frames.count() });
     }
     let (rows, columns) = frames.size();
-    let most = (rows.min(columns) / LEAST_SIDE).max(1);
-    let first = rows.max(columns).div_ceil(SEARCH_SIDE).clamp(1, most);
-    let (mut found, mut factor) = search::search(frames, first)?;
+    let (first, least) = search_factors(rows, columns);
+    let (mut found, mut factor) = search::search(frames, first, least)?;
     loop {
         factor = factor.div_ceil(FINER);
         let followed = follow::follow(frames, factor, &found, observations)?;

@@ -5,32 +5,42 @@ use rayon::prelude::*;
 use super::TextureMotionError;
 use super::frames::Frames;
 use super::point::squares;
+use super::start::{Start, start};
 use crate::block::Block;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{median, quantile};
 
 /// Side of the squares that are looked for, in px of the small pictures.
-const SIDE: usize = 12;
-const POINTS: usize = 120;
+pub(super) const SIDE: usize = 12;
+pub(super) const POINTS: usize = 120;
 /// Fewest points that speak for a motion.
-const FEWEST: usize = 4;
-/// Squares correlate at least so well, or they do not show the same thing.
-const LEAST_CORRELATION: f32 = 0.65;
-/// The mean of all points of a frame, of which some are occluded.
+pub(super) const FEWEST: usize = 4;
+/// Squares correlate at least so well, or they do not show the same thing. Views of one texture correlate by
+/// S / (S + N) with variances S of the texture and N of the noise, so N may be half of S. Squares of 144 independent
+/// pixels that have nothing in common correlate by less than 0.25, three times 1 / 12.
+pub(super) const LEAST_CORRELATION: f32 = 0.65;
+/// The mean of all points of a frame: three quarters of them at the least, and the others, occluded, at 0.
 const LEAST_MEAN_CORRELATION: f32 = 0.5;
-/// Another place that correlates as well, less this, leaves it open which is true.
-const AMBIGUOUS: f32 = 0.06;
+/// Another place that correlates as well, less this, leaves it open which is true. A correlation c of n pixels has a
+/// standard deviation of (1 - c^2) / sqrt(n), which is 0.03 for 0.8 and 144 pixels: this is twice that.
+pub(super) const AMBIGUOUS: f32 = 0.06;
 /// Places nearer than this are one, in px.
-const ONE_PLACE_PX: f64 = 2.5;
+pub(super) const ONE_PLACE_PX: f64 = 2.5;
 /// Points move if they go at least so far, and a motion is clear from this size on, in px.
-const MOVES_PX: f64 = 0.5;
-const CLEAR_PX: f64 = 1.5;
+pub(super) const MOVES_PX: f64 = 0.5;
+pub(super) const CLEAR_PX: f64 = 1.5;
 /// Distance of the places that are tried, in px.
 const HOP_PX: f64 = 0.6;
-/// Share of the points that must agree.
-const AGREE: f64 = 0.3;
-/// Points whose rho is below this share of the others' tell little of s, and most of them stand still.
+/// Share of the points found in a frame that must lie within a pixel of its place; they are a quarter of all points at
+/// least. Those that are found by chance within 2.5 px do so with 0.4, but they are few, as squares with nothing in
+/// common do not correlate that well. So this asks for little besides, and frames with many occluded points are kept.
+const AGREE_ON_PLACE: f64 = 0.3;
+/// Points whose rho is below this share of the others' tell little of s, and most of them stand still: the information
+/// of a point goes with the square of its rho, and is less than a tenth of the others'.
 const LEAST_RHO: f64 = 0.3;
+
+/// Frames in which points of an anchor are looked for, at most.
+pub(super) const SOME: usize = 7;
 
 /// Where frames stand, and what is needed to find points in them.
 #[derive(Debug, Clone)]
@@ -47,15 +57,6 @@ pub(super) struct Found {
     pub(super) anchors: Vec<usize>,
 }
 
-/// Two frames, and how far points of the first have moved in the second, in px of the small pictures.
-struct Start {
-    anchor: usize,
-    other: usize,
-    points: Vec<(Block, f64)>,
-    direction: [f64; 2],
-    moved_px: f64,
-}
-
 struct Point {
     block: Block,
     rho: f64,
@@ -63,121 +64,33 @@ struct Point {
     sums: [f64; 2],
 }
 
-/// Finds where all frames stand, and the factor of the pictures in which they were found.
-pub(super) fn search(frames: &dyn Frames, first: usize) -> Result<(Found, usize), TextureMotionError> {
+/// Finds where all frames stand, and the factor of the pictures in which they were found: `first`, or a smaller one
+/// down to `least`.
+pub(super) fn search(
+    frames: &dyn Frames,
+    first: usize,
+    least: usize,
+) -> Result<(Found, usize), TextureMotionError> {
     let mut factor = first;
     let mut reach = None;
     loop {
-        let small: Vec<Grid<f32>> =
-            (0..frames.count()).into_par_iter().map(|index| frames.picture(index, factor)).collect();
-        match start(&small, reach) {
-            Some(start) if start.moved_px >= CLEAR_PX || factor == 1 => {
+        match start(frames, factor, reach) {
+            Some(start) if start.moved_px >= CLEAR_PX || factor == least => {
+                let small: Vec<Grid<f32>> =
+                    (0..frames.count()).into_par_iter().map(|index| frames.picture(index, factor)).collect();
                 return Ok((Search::new(&small, factor, &start).connect(start)?, factor));
             }
-            None if factor == 1 => return Err(TextureMotionError::NothingFollowed),
+            None if factor == least => return Err(TextureMotionError::NothingFollowed),
             // What moves little is seen better in larger pictures.
             Some(_) => reach = Some(2 * (CLEAR_PX + ONE_PLACE_PX).ceil() as isize),
             None => {}
         }
-        factor = factor.div_ceil(2);
+        factor = factor.div_ceil(2).max(least);
     }
-}
-
-/// Two frames between which points move, clearly if there are such.
-fn start(small: &[Grid<f32>], reach: Option<isize>) -> Option<Start> {
-    let last = small.len() - 1;
-    let mut best: Option<Start> = None;
-    for anchor in [last / 2, last / 4, last - last / 4, 0] {
-        let blocks = squares(&small[anchor], SIDE, POINTS, [1.0, 0.0]);
-        let distances =
-            std::iter::successors(Some(1), |distance| Some(2 * distance)).take_while(|d| *d <= last);
-        for distance in distances {
-            let others = [anchor.checked_add(distance), anchor.checked_sub(distance)];
-            for other in others.into_iter().flatten().filter(|&other| other <= last) {
-                let found = between(&small[anchor], &small[other], &blocks, reach);
-                let Some((points, direction, moved_px)) = found else { continue };
-                if best.as_ref().is_none_or(|best| moved_px > best.moved_px) {
-                    best = Some(Start { anchor, other, points, direction, moved_px });
-                }
-                if moved_px >= CLEAR_PX {
-                    return best;
-                }
-            }
-        }
-    }
-    best
-}
-
-type Moved = (Vec<(Block, f64)>, [f64; 2], f64);
-
-/// How far squares have moved between two pictures: those that agree on a direction, the direction, and the usual
-/// size.
-fn between(
-    from: &Grid<f32>,
-    to: &Grid<f32>,
-    blocks: &[(usize, usize)],
-    reach: Option<isize>,
-) -> Option<Moved> {
-    let limit = |size: usize| reach.unwrap_or(size as isize / 4).min(size as isize / 4).max(2);
-    let (x_reach, y_reach) = (limit(from.columns()), limit(from.rows()));
-    let found: Vec<(Block, [f64; 2])> = blocks
-        .par_iter()
-        .filter_map(|&(left, top)| {
-            let block = Block::of(from, top, left, SIDE)?;
-            let shift = anywhere(&block, to, (x_reach, y_reach))?;
-            Some((block, shift))
-        })
-        .collect();
-    let size = |shift: &[f64; 2]| shift[0].hypot(shift[1]);
-    let moving = found.iter().filter(|(_, shift)| size(shift) >= MOVES_PX).count();
-    let axis = |axis: usize| {
-        let moving = found.iter().map(|found| found.1).filter(|shift| size(shift) >= MOVES_PX);
-        median(&mut moving.map(|shift| shift[axis]).collect::<Vec<_>>())
-    };
-    let (x, y) = (axis(0)?, axis(1)?);
-    let usual = x.hypot(y);
-    if usual < MOVES_PX {
-        return None;
-    }
-    let direction = [x / usual, y / usual];
-    let parts = |shift: &[f64; 2]| {
-        (shift[0] * direction[0] + shift[1] * direction[1], shift[1] * direction[0] - shift[0] * direction[1])
-    };
-    let agrees = |shift: &[f64; 2]| {
-        let (along, across) = parts(shift);
-        along > -MOVES_PX && across.abs() <= 1.0 + 0.1 * along.abs()
-    };
-    let points: Vec<(Block, f64)> = found
-        .into_iter()
-        .filter(|(_, shift)| agrees(shift))
-        .map(|(block, shift)| (block, parts(&shift).0))
-        .collect();
-    let agreeing: Vec<f64> = points.iter().map(|point| point.1).filter(|along| *along >= MOVES_PX).collect();
-    let moved_px = median(&mut agreeing.clone())?;
-    (agreeing.len() >= FEWEST && agreeing.len() as f64 >= 2.0 * AGREE * moving as f64)
-        .then_some((points, direction, moved_px))
-}
-
-/// The shift at which a square correlates best, in parts of a pixel, if no other does nearly as well.
-fn anywhere(block: &Block, to: &Grid<f32>, (x_reach, y_reach): (isize, isize)) -> Option<[f64; 2]> {
-    let all = (-y_reach..=y_reach).flat_map(|y| (-x_reach..=x_reach).map(move |x| (x, y)));
-    let tried: Vec<_> = all.filter_map(|(x, y)| Some((block.correlation(to, x, y)?, x, y))).collect();
-    let &(best, x, y) = tried.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let is_far =
-        |other: &(f32, isize, isize)| (other.1 - x).abs().max((other.2 - y).abs()) as f64 > ONE_PLACE_PX;
-    let second = tried.iter().filter(|tried| is_far(tried)).map(|tried| tried.0).fold(0.0, f32::max);
-    if best < LEAST_CORRELATION || second > best - AMBIGUOUS {
-        return None;
-    }
-    let beside = |dx, dy| block.correlation(to, x + dx, y + dy);
-    Some([
-        x as f64 + peak(beside(-1, 0)?, best, beside(1, 0)?),
-        y as f64 + peak(beside(0, -1)?, best, beside(0, 1)?),
-    ])
 }
 
 /// Where a parabola through three values has its peak, from the middle one.
-fn peak(before: f32, here: f32, after: f32) -> f64 {
+pub(super) fn peak(before: f32, here: f32, after: f32) -> f64 {
     let (before, after) = (f64::from(here - before), f64::from(here - after));
     if before + after > 0.0 { (0.5 * (before - after) / (before + after)).clamp(-0.5, 0.5) } else { 0.0 }
 }
@@ -376,7 +289,7 @@ impl<'a> Search<'a> {
         let s = median(&mut placed.iter().map(|(rho, along, _)| along / rho).collect::<Vec<_>>())?;
         let good: Vec<&(f64, f64, f64)> =
             placed.iter().filter(|(rho, along, _)| (along - rho * s).abs() < 1.0).collect();
-        if good.len() < fewest.max((AGREE * placed.len() as f64) as usize) {
+        if good.len() < fewest.max((AGREE_ON_PLACE * placed.len() as f64) as usize) {
             return None;
         }
         let across = median(&mut good.iter().map(|good| good.2).collect::<Vec<_>>())?;
@@ -422,8 +335,7 @@ pub(super) fn wider((least, most): (f64, f64)) -> (f64, f64) {
 
 /// Some of a list in its order, among them the first and the last: more tell little more.
 pub(super) fn some_of<T>(list: Vec<T>) -> Vec<T> {
-    const MOST: usize = 7;
     let last = list.len().saturating_sub(1);
-    let is_kept = |index: usize| last < MOST || (0..MOST).any(|place| place * last / (MOST - 1) == index);
+    let is_kept = |index: usize| last < SOME || (0..SOME).any(|place| place * last / (SOME - 1) == index);
     list.into_iter().enumerate().filter(|(index, _)| is_kept(*index)).map(|(_, item)| item).collect()
 }

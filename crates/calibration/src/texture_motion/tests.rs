@@ -8,6 +8,7 @@ use epirig_core::statistics::root_mean_square;
 use epirig_simulator::{Scene, Sensor, Simulator, SimulatorConfig};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 const COLUMNS: usize = 360;
 const ROWS: usize = 128;
@@ -133,6 +134,62 @@ fn jumps_of_any_size_are_found() {
         // A fiftieth of a pixel is where errors of tau begin to cost a disparity of this length.
         assert!(worst < 0.02, "{name}: {worst} px");
     }
+}
+
+/// Frames that tell the longest side of the pictures that were asked for.
+struct Watched {
+    frames: Rendered,
+    longest: AtomicUsize,
+}
+
+impl Watched {
+    fn new(frames: Rendered) -> Self {
+        Self { frames, longest: AtomicUsize::new(0) }
+    }
+}
+
+impl Frames for Watched {
+    fn count(&self) -> usize {
+        self.frames.count()
+    }
+
+    fn size(&self) -> (usize, usize) {
+        self.frames.size()
+    }
+
+    fn picture(&self, index: usize, factor: usize) -> Grid<f32> {
+        let picture = self.frames.picture(index, factor);
+        self.longest.fetch_max(picture.rows().max(picture.columns()), Ordering::Relaxed);
+        picture
+    }
+}
+
+#[test]
+fn the_first_search_does_not_look_at_large_pictures() {
+    // Stripes that repeat, and a blank picture.
+    for contrast in [100.0, 0.0] {
+        let stripes = |index: usize| {
+            let value = |at: usize| 100.0 + contrast * ((at % 1200 + 7 * index) as f64 / 16.0).sin();
+            let values = (0..1200 * 200).map(|at| value(at) as u8).collect();
+            Frame::new(200, 1200, 8, Samples::U8(values)).unwrap()
+        };
+        let frames = Watched::new(Rendered((0..4).map(stripes).collect()));
+        assert_eq!(texture_motion(&frames, 100_000), Err(TextureMotionError::NothingFollowed));
+        // 1200 px are reduced by five first, and by two at least.
+        assert_eq!(frames.longest.into_inner(), 600);
+    }
+}
+
+#[test]
+fn a_small_motion_in_large_frames_is_found() {
+    // 2 px from the first to the last, 1 px in pictures of half the size.
+    let places: Vec<f64> = (0..6).map(|index| 0.1 * f64::from(index)).collect();
+    let mut flat = SimulatorConfig::textured_plane(1200, 200, 2);
+    flat.texture.seed = 1;
+    let motion = found(flat, &places);
+    let (errors, moved_px) = errors(&motion, &places);
+    assert!((moved_px - 2.0).abs() < 0.02, "{moved_px}");
+    assert!(errors.iter().all(|error| (error * moved_px).abs() < 0.02), "{errors:?}");
 }
 
 /// Scenes of one depth and of several, with little and much noise.
