@@ -188,18 +188,28 @@ pub enum CalibrateError {
     )]
     Positions(#[from] TauError),
     /// Positions cannot be measured from the texture.
+    #[error("positions from the texture: {0}; use the given positions with --positions stage")]
+    TextureMotion(#[source] TextureMotionError),
+    /// Frames whose texture does not connect them with the others.
     #[error(
-        "positions from the texture: {0}; leave such frames out, or use the given positions with --positions stage"
+        "positions from the texture: {found} cannot be connected with the others, because they share too little texture, or it repeats; \
+         {cure} use the given positions with --positions stage"
     )]
-    TextureMotion(#[from] TextureMotionError),
+    Apart {
+        /// Those frames, in words.
+        found: String,
+        /// What helps where the frames come from.
+        cure: &'static str,
+    },
     /// Frames that do not stand beyond the one before.
     #[error(
-        "positions from the texture must increase, but {}; import the images in the order of the motion (--sort motion) or without those \
-         (--exclude)", found.join(", ")
+        "positions from the texture must increase, but {found}; {cure} use the given positions with --positions stage"
     )]
     Returns {
-        /// Each such frame, in words.
-        found: Vec<String>,
+        /// Those frames, in words.
+        found: String,
+        /// What helps where the frames come from.
+        cure: &'static str,
     },
     /// The frames cannot be rectified.
     #[error(transparent)]

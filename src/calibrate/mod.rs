@@ -36,3 +36,4 @@ pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
 pub use record::{
     Calibration, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord, StageAxisRecord,
 };
+pub(crate) use remarks::some_of;

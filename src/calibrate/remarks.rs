@@ -23,6 +23,14 @@ impl Remarks {
     }
 }
 
+/// The first of many things in words, and how many more there are.
+pub(crate) fn some_of<T>(list: &[T], words: impl FnMut(&T) -> String) -> String {
+    const MOST: usize = 3;
+    let some: Vec<String> = list.iter().take(MOST).map(words).collect();
+    let more = list.len() - some.len();
+    some.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
+}
+
 fn not_applied<T>(outcome: &Outcome<T>) -> Option<&str> {
     match outcome {
         Outcome::NotApplied(reason) => Some(reason),

@@ -1,24 +1,20 @@
 //! Positions from the object's texture.
 
-use super::remarks::Remarks;
+use super::remarks::{Remarks, some_of};
 use super::{CalibrateError, PositionSource, PositionsRecord};
 use epirig_calibration::stage_axis::{MeasuredTau, positioning_error};
-use epirig_calibration::texture_motion::{Frames, TextureMotion, texture_motion};
+use epirig_calibration::texture_motion::{
+    Frames, Return, Step, TextureMotion, TextureMotionError, in_usual_steps, texture_motion,
+};
 use epirig_core::frame::full_scale;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
-use epirig_core::statistics::median;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_data::sequence::Sequence;
+use epirig_data::sequence::{Origin, Sequence};
 
 /// Places of points in frames: some hundred points in each of a hundred frames, from several anchors.
 const OBSERVATIONS: usize = 200_000;
-/// A step that is less than so many of its standard uncertainties is none.
-const SIGNIFICANT: f64 = 3.0;
-/// A step that differs from the stage's by more than this share is a jump: frames are missing, or it was bumped.
-const JUMP: f64 = 0.5;
-
 /// A volume as frames of 8 bit.
 struct VolumeFrames<'a>(&'a Volume);
 
@@ -55,10 +51,20 @@ pub(super) fn from_texture(
     progress: &dyn Progress,
 ) -> Result<PositionsRecord, CalibrateError> {
     progress.begin("positions from the texture", 1);
-    let motion = texture_motion(&VolumeFrames(volume), OBSERVATIONS)?;
+    let origin = &sequence.record().origin;
+    let name = |frame| name(sequence, frame);
+    let motion = texture_motion(&VolumeFrames(volume), OBSERVATIONS)
+        .map_err(|error| unmeasured(error, origin, &name))?;
     progress.advance(1);
     progress.end();
-    refuse_returns(&motion, sequence)?;
+    let reported_mm = sequence.positions_mm();
+    let frames: Vec<usize> = (0..motion.tau.len()).collect();
+    let places = match &reported_mm {
+        Some(reported_mm) => in_usual_steps(reported_mm),
+        None => frames.iter().map(|&frame| frame as f64).collect(),
+    };
+    let found = motion.steps(&frames, &places);
+    refuse_returns(&found, origin, &name)?;
     note_turn(&motion, remarks);
     let tau = Tau::from_positions(&motion.tau)?;
     let mut record = PositionsRecord {
@@ -70,12 +76,8 @@ pub(super) fn from_texture(
         positioning_error: None,
         target_scale: None,
     };
-    let Some(reported_mm) = sequence.positions_mm() else { return Ok(record) };
-    // mm of the stage for a tau of 1, by each step.
-    let ratios: Vec<f64> = steps(&reported_mm).zip(steps(&motion.tau)).map(|(mm, tau)| mm / tau).collect();
-    let usual = median(&mut ratios.clone()).unwrap_or(f64::NAN);
-    let jumps: Vec<usize> =
-        (0..ratios.len()).filter(|&step| (usual / ratios[step] - 1.0).abs() > JUMP).collect();
+    let Some(reported_mm) = reported_mm else { return Ok(record) };
+    let (jumps, others): (Vec<Step>, Vec<Step>) = found.into_iter().partition(Step::jumps);
     if jumps.is_empty() {
         let measured = motion.tau.iter().zip(&motion.tau_sigma);
         let measured: Vec<_> = measured.map(|(&tau, &sigma)| Some(MeasuredTau { tau, sigma })).collect();
@@ -89,18 +91,15 @@ pub(super) fn from_texture(
         return Ok(record);
     }
     // Positions after a jump are all off by it, so the other steps give the scale.
-    let words = jumps.iter().map(|&step| {
-        let (before, after) = (name(sequence, step), name(sequence, step + 1));
-        format!("{:.2} steps from {before} to {after}", usual / ratios[step])
+    let words = some_of(&jumps, |jump| {
+        let (before, after) = (name(jump.from), name(jump.to));
+        format!("{:.2} steps instead of {:.2} from {before} to {after}", jump.length, jump.taken)
     });
     remarks.notes.push(format!(
-        "the texture contradicts the given positions: it moved by {}; the measured positions are used, on the scale of the other steps",
-        words.collect::<Vec<_>>().join(", ")
+        "the texture contradicts the given positions: it moved by {words}; the measured positions are used, on the scale of the other steps"
     ));
-    let others = || {
-        let both = steps(&reported_mm).zip(steps(&motion.tau)).enumerate();
-        both.filter(|(step, _)| !jumps.contains(step)).map(|(_, both)| both)
-    };
+    let step = |values: &[f64], step: &Step| values[step.to] - values[step.from];
+    let others = || others.iter().map(|other| (step(&reported_mm, other), step(&motion.tau, other)));
     let (count, mm, tau) =
         others().fold((0.0, 0.0, 0.0), |(count, mm, tau), step| (count + 1.0, mm + step.0, tau + step.1));
     let scale: f64 = mm / tau;
@@ -111,10 +110,6 @@ pub(super) fn from_texture(
     Ok(record)
 }
 
-fn steps(positions: &[f64]) -> impl Iterator<Item = f64> + '_ {
-    positions.windows(2).map(|pair| pair[1] - pair[0])
-}
-
 /// A frame, with the image that it was made of.
 fn name(sequence: &Sequence, frame: usize) -> String {
     let source = sequence.frames().get(frame).and_then(|record| record.source.as_deref());
@@ -122,22 +117,46 @@ fn name(sequence: &Sequence, frame: usize) -> String {
 }
 
 /// Refuses frames that do not stand beyond the one before.
-fn refuse_returns(motion: &TextureMotion, sequence: &Sequence) -> Result<(), CalibrateError> {
-    let usual = median(&mut steps(&motion.tau).map(f64::abs).collect::<Vec<_>>()).unwrap_or(f64::NAN);
-    let returns = steps(&motion.tau).zip(&motion.step_sigma).enumerate();
-    let found: Vec<String> = returns
-        .filter(|(_, (step, sigma))| *step < SIGNIFICANT * **sigma)
-        .map(|(index, (step, sigma))| {
-            let (before, after) = (name(sequence, index), name(sequence, index + 1));
-            match step < -SIGNIFICANT * sigma {
-                true => format!("{after} stands {:.2} steps before {before}", -step / usual),
-                false => format!("{after} stands where {before} does"),
-            }
-        })
-        .collect();
-    match found.is_empty() {
-        true => Ok(()),
-        false => Err(CalibrateError::Returns { found }),
+fn refuse_returns(
+    steps: &[Step],
+    origin: &Origin,
+    name: &dyn Fn(usize) -> String,
+) -> Result<(), CalibrateError> {
+    let returns = steps.iter().filter_map(|step| {
+        // Positions must increase, also where steps are smaller than their uncertainty.
+        let known = step.returns().or((step.length <= 0.0).then_some(Return::Repeated));
+        Some((step, known?))
+    });
+    let returns: Vec<(&Step, Return)> = returns.collect();
+    if returns.is_empty() {
+        return Ok(());
+    }
+    let found = some_of(&returns, |(step, how)| {
+        let (before, after) = (name(step.from), name(step.to));
+        match how {
+            Return::Back(steps) => format!("{after} stands {steps:.2} steps before {before}"),
+            _ => format!("the step from {before} to {after} cannot be told from none"),
+        }
+    });
+    let cure = cure(
+        origin,
+        "import the images in the order of the motion (--sort motion) or without those (--exclude), or",
+    );
+    Err(CalibrateError::Returns { found, cure })
+}
+
+/// Why nothing was measured, with the images named.
+fn unmeasured(error: TextureMotionError, origin: &Origin, name: &dyn Fn(usize) -> String) -> CalibrateError {
+    let TextureMotionError::Apart { frames } = error else { return CalibrateError::TextureMotion(error) };
+    let found = some_of(&frames, |&frame| name(frame));
+    CalibrateError::Apart { found, cure: cure(origin, "import the images without those (--exclude), or") }
+}
+
+/// What helps: images can be imported in another way, other frames are what they are.
+fn cure(origin: &Origin, of_images: &'static str) -> &'static str {
+    match origin {
+        Origin::Imported { .. } => of_images,
+        _ => "look at those frames and take the scan again, or",
     }
 }
 
@@ -152,5 +171,69 @@ fn note_turn(motion: &TextureMotion, remarks: &mut Remarks) {
             motion.angle_rad.to_degrees().abs(),
             motion.cure(),
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    fn scanned() -> Origin {
+        Origin::Captured {
+            stage: "stage".to_owned(),
+            stage_settings: BTreeMap::new(),
+            camera: "camera".to_owned(),
+            configuration: None,
+            rig: None,
+            simulator: None,
+        }
+    }
+
+    fn imported() -> Origin {
+        Origin::Imported {
+            folder: "photos".to_owned(),
+            conversions: Vec::new(),
+            findings: Vec::new(),
+            calibration_folders: BTreeMap::new(),
+            rig: None,
+        }
+    }
+
+    fn image(frame: usize) -> String {
+        format!("frame {frame} ({frame}.png)")
+    }
+
+    #[test]
+    fn frames_that_do_not_go_on_are_refused_with_what_helps_where_they_come_from() {
+        let step = |from, length| Step { from, to: from + 1, length, sigma: 0.01, taken: 1.0 };
+        let refused = |lengths: &[f64], origin| {
+            let steps: Vec<Step> =
+                lengths.iter().enumerate().map(|(from, length)| step(from, *length)).collect();
+            refuse_returns(&steps, &origin, &image).map_err(|error| error.to_string())
+        };
+        assert_eq!(refused(&[1.0, 0.25, 2.0], imported()), Ok(()));
+        let said = refused(&[1.0, 0.025, -0.2, 0.0, 0.0, 0.0], imported()).unwrap_err();
+        assert!(said.contains("from frame 1 (1.png) to frame 2 (2.png) cannot be told from none"), "{said}");
+        assert!(said.contains("frame 3 (3.png) stands 0.20 steps before frame 2 (2.png)"), "{said}");
+        assert!(said.contains(" and 2 more;") && said.contains("--exclude"), "{said}");
+        let said = refused(&[1.0, 0.0], scanned()).unwrap_err();
+        assert!(said.contains("take the scan again") && !said.contains("import"), "{said}");
+        // A step that is as uncertain as it is long goes on, if it goes on at all.
+        let unsure = |length| Step { from: 0, to: 1, length, sigma: 0.5, taken: 1.0 };
+        assert!(refuse_returns(&[unsure(0.1)], &scanned(), &image).is_ok());
+        assert!(refuse_returns(&[unsure(-0.1)], &scanned(), &image).is_err());
+    }
+
+    #[test]
+    fn frames_that_are_not_connected_are_told_by_their_images() {
+        let said = |origin| {
+            let error = TextureMotionError::Apart { frames: (4..10).collect() };
+            unmeasured(error, &origin, &image).to_string()
+        };
+        let of_images = said(imported());
+        let names = "frame 4 (4.png), frame 5 (5.png), frame 6 (6.png) and 3 more cannot be connected";
+        assert!(of_images.contains(names) && of_images.contains("--exclude"), "{of_images}");
+        assert!(!said(scanned()).contains("--exclude") && said(scanned()).contains("--positions stage"));
     }
 }

@@ -1,26 +1,21 @@
 //! A motion that a match does not take for granted, in words: its direction and its steps.
 
+use crate::calibrate::some_of;
 use epirig_calibration::motion::Doubt;
-
-/// Most gaps that are named.
-const MOST: usize = 3;
+use epirig_calibration::texture_motion::{Return, Turn};
 
 /// What is wrong with direction or steps, and the cure; `None` for other doubts. `name` names a frame, `calibrate` is
 /// the command that measures positions.
 pub(super) fn words(doubt: &Doubt, name: &dyn Fn(usize) -> String, calibrate: &str) -> Option<String> {
     Some(match doubt {
-        Doubt::Oblique { degrees, drift_px } => oblique(*degrees, *drift_px),
+        Doubt::Oblique { degrees, drift_px, turn } => oblique(*degrees, *drift_px, *turn),
         Doubt::Uneven { displacement_px, share, gaps } => {
             let mut what = Vec::new();
-            for (before, after, steps) in gaps.iter().take(MOST) {
-                what.push(format!(
-                    "from {} to {} it goes {steps:.2} steps at once",
-                    name(*before),
-                    name(*after)
-                ));
-            }
-            if gaps.len() > MOST {
-                what.push(format!("there are {} more gaps", gaps.len() - MOST));
+            if !gaps.is_empty() {
+                what.push(some_of(gaps, |gap| {
+                    let (from, to) = (name(gap.from), name(gap.to));
+                    format!("from {from} to {to} it goes {:.2} steps instead of {:.2}", gap.length, gap.taken)
+                }));
             }
             if *share > 0.0 {
                 what.push(format!("steps differ by {:.2} %", 100.0 * share).replace(".00 %", " %"));
@@ -32,18 +27,14 @@ pub(super) fn words(doubt: &Doubt, name: &dyn Fn(usize) -> String, calibrate: &s
             )
         }
         Doubt::Returns(frames) => {
-            let what = frames.iter().take(MOST).map(|&(frame, step)| match step < -0.3 {
-                true => format!("{} stands {:.2} steps before the one in front of it", name(frame), -step),
-                false => format!("{} stands where the one in front of it does", name(frame)),
+            let what = some_of(frames, |(frame, how)| match how {
+                Return::Back(steps) => {
+                    format!("{} stands {steps:.2} steps before the one in front of it", name(*frame))
+                }
+                _ => format!("the step to {} cannot be told from none", name(*frame)),
             });
-            let more = if frames.len() > MOST {
-                format!(" and {} more", frames.len() - MOST)
-            } else {
-                String::new()
-            };
             format!(
-                "a match needs frames that go on: {}{more}; import without them (--exclude), or in order (--sort motion)",
-                what.collect::<Vec<_>>().join(", ")
+                "a match needs frames that go on: {what}; import without them (--exclude), or in order (--sort motion)"
             )
         }
         _ => return None,
@@ -51,9 +42,7 @@ pub(super) fn words(doubt: &Doubt, name: &dyn Fn(usize) -> String, calibrate: &s
 }
 
 /// A motion at an angle to the rows.
-fn oblique(degrees: f64, drift_px: Option<f64>) -> String {
-    // Rows count downwards: what goes to the right and down is turned back against the clock.
-    let way = if degrees > 0.0 { "counter-clockwise" } else { "clockwise" };
+fn oblique(degrees: f64, drift_px: Option<f64>, way: Turn) -> String {
     let size = degrees.abs();
     match drift_px {
         Some(drift_px) => {
@@ -74,20 +63,27 @@ fn oblique(degrees: f64, drift_px: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use epirig_calibration::texture_motion::Step;
 
     #[test]
     fn angles_and_steps_are_told_with_digits_that_mean_something() {
         let words = |doubt| words(&doubt, &|frame| format!("image {frame}"), "epirig calibrate seq").unwrap();
-        let turned = words(Doubt::Oblique { degrees: 1.974, drift_px: Some(6.04) });
+        let oblique =
+            |degrees, drift_px| words(Doubt::Oblique { degrees, drift_px, turn: Turn::against(degrees) });
+        let turned = oblique(1.974, Some(6.04));
         assert!(turned.contains("1.97 degrees") && turned.contains("6.0 px"), "{turned}");
         assert!(turned.contains("counter-clockwise by 1.97"), "{turned}");
-        assert!(words(Doubt::Oblique { degrees: -45.2, drift_px: None }).contains(" clockwise by that"));
+        assert!(oblique(-45.2, None).contains(" clockwise by that"));
         let uneven = |share, gaps| words(Doubt::Uneven { displacement_px: 2.1, share, gaps });
-        let gap = uneven(0.0, vec![(6, 7, 3.0)]);
-        assert!(gap.contains("from image 6 to image 7 it goes 3.00 steps") && !gap.contains('%'), "{gap}");
-        assert!(gap.contains("`epirig calibrate seq`"), "{gap}");
+        let gap = |from| Step { from, to: from + 2, length: 3.0, sigma: 0.01, taken: 2.0 };
+        let gaps = uneven(0.0, (5..10).map(gap).collect());
+        assert!(gaps.contains("from image 5 to image 7 it goes 3.00 steps instead of 2.00, "), "{gaps}");
+        assert!(gaps.contains(" and 2 more;") && !gaps.contains("image 8 ") && !gaps.contains('%'), "{gaps}");
+        assert!(gaps.contains("`epirig calibrate seq`"), "{gaps}");
         assert!(uneven(0.11, Vec::new()).contains("steps differ by 11 %"));
-        let back = words(Doubt::Returns(vec![(4, 0.01), (9, -0.7)]));
-        assert!(back.contains("image 4 stands where") && back.contains("image 9 stands 0.70 steps before"));
+        let back = words(Doubt::Returns(vec![(4, Return::Repeated), (9, Return::Back(0.2))]));
+        assert!(
+            back.contains("the step to image 4 cannot be told from none, image 9 stands 0.20 steps before")
+        );
     }
 }

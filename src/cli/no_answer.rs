@@ -33,12 +33,11 @@ fn measured(sequence: &Sequence, calibration: Option<&Calibration>) -> (Motion, 
             check.look(&frame);
         }
     }
-    let counted = || (0..sequence.frames().len()).map(|index| index as f64).collect();
     let places = match calibration {
-        Some(calibration) => calibration.positions.tau.clone(),
-        None => sequence.positions_mm().unwrap_or_else(counted),
+        Some(calibration) => Some(calibration.positions.tau.clone()),
+        None => sequence.positions_mm(),
     };
-    let mut motion = check.motion_at(&places);
+    let mut motion = places.map_or_else(|| check.motion(), |places| check.motion_at(&places));
     if calibration.is_some_and(|calibration| calibration.stage_axis.is_some()) {
         // The frames were turned by its direction before they were matched.
         motion.doubts.retain(|doubt| !matches!(doubt, Doubt::Oblique { .. }));

@@ -191,15 +191,15 @@ fn frames_that_do_not_go_on_are_named_and_refused() {
     let path = folder.path();
     at(&path.join("photos"), &[0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], 0.0);
     let said = notes(path, &[]);
-    assert!(said.contains("image 4 (4.png) stands where the one in front"), "{said}");
-    assert!(said.contains("--exclude"), "{said}");
+    assert!(said.contains("the step to image 4 (4.png) cannot be told from none"), "{said}");
+    assert!(said.contains("--exclude") && !said.contains("the steps are not"), "{said}");
     at(&path.join("photos"), &[0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 5.3, 7.0, 8.0], 0.0);
     assert!(notes(path, &[]).contains("--sort motion"));
     fails(
         path,
         &["calibrate", "seq", "--positions", "texture"],
         6,
-        &["(4.png) stands where", "(8.png) stands 0.7"],
+        &["frame 3 (3.png) to frame 4 (4.png) cannot be told from none", "(8.png) stands 0.7", "--exclude"],
     );
     assert!(!path.join("seq/calibration.json").exists());
 }

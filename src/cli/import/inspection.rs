@@ -16,9 +16,9 @@ pub(super) struct Inspection {
     is_ordered: bool,
     /// The command that measures positions.
     calibrate: String,
-    /// Where the frames are taken to stand.
-    places: Vec<f64>,
-    /// Whether they do not, and their texture tells where they do.
+    /// Where the frames are said to stand; `None` if nothing is said.
+    places: Option<Vec<f64>>,
+    /// Whether they do not stand where they are taken to stand, and `calibrate` measures where they do.
     pub(super) is_uneven: bool,
 }
 
@@ -30,7 +30,7 @@ impl Inspection {
             images: Vec::new(),
             is_ordered,
             calibrate,
-            places: Vec::new(),
+            places: Some(Vec::new()),
             is_uneven: false,
         }
     }
@@ -92,13 +92,22 @@ impl Inspection {
 impl Inspector for Inspection {
     fn look(&mut self, image: &Chosen, frame: &Frame, position_mm: Option<f64>) {
         self.check.look(frame);
-        self.places.push(position_mm.unwrap_or(self.images.len() as f64));
+        self.places = self.places.take().zip(position_mm).map(|(mut places, position_mm)| {
+            places.push(position_mm);
+            places
+        });
         self.images.push(image.clone());
     }
 
     fn findings(&mut self) -> Vec<String> {
-        let motion = self.check.motion_at(&self.places);
-        self.is_uneven = motion.doubts.iter().any(|doubt| matches!(doubt, Doubt::Uneven { .. }));
+        let motion = match &self.places {
+            Some(places) => self.check.motion_at(places),
+            None => self.check.motion(),
+        };
+        let has = |is: fn(&Doubt) -> bool| motion.doubts.iter().any(is);
+        // Frames that return are refused there.
+        self.is_uneven = has(|doubt| matches!(doubt, Doubt::Uneven { .. }))
+            && !has(|doubt| matches!(doubt, Doubt::Returns(_)));
         motion.doubts.iter().filter_map(|doubt| self.words(doubt)).collect()
     }
 }

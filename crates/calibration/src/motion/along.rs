@@ -3,20 +3,15 @@
 use super::doubt::Doubt;
 use super::reduced::Reduced;
 use crate::reduction::reduced;
-use crate::texture_motion::{Frames, TextureMotion, texture_motion};
+use crate::texture_motion::{Frames, Return, Step, TextureMotion, texture_motion};
 use epirig_core::grid::Grid;
-use epirig_core::statistics::{median, root_mean_square};
+use epirig_core::statistics::root_mean_square;
 
 /// Frames that are looked at, at most; of more, every second or third.
 pub(super) const MOST_FRAMES: usize = 400;
 /// Places of points in frames: enough for steps of a hundredth of a reduced pixel.
 const OBSERVATIONS: usize = 30_000;
-/// A frame stands where the one before it does if its step is less than this share of the usual one, and it goes
-/// back below the negative of it.
-const NO_STEP: f64 = 0.3;
-/// A step that is so many times as long as the usual one is a gap.
-const GAP: f64 = 1.5;
-/// What is not this many standard uncertainties off is not told.
+/// Steps whose differences are not so many times their uncertainty are not told to differ.
 const SIGNIFICANT: f64 = 3.0;
 
 struct ReducedFrames<'a>(Vec<&'a Reduced>);
@@ -53,37 +48,52 @@ pub(super) fn measured(frames: &[(usize, &Reduced)]) -> Option<(TextureMotion, V
     Some((motion, places))
 }
 
-/// What is wrong with a motion of these frames, which are taken to stand at `given`.
-pub(super) fn doubts(motion: &TextureMotion, numbers: &[usize], given: &[f64]) -> Vec<Doubt> {
+/// What is wrong with a motion of the frames with these numbers, which are taken to stand at `given` in usual steps;
+/// in equal steps if that is `None`.
+pub(super) fn doubts(motion: &TextureMotion, numbers: &[usize], given: Option<&[f64]>) -> Vec<Doubt> {
     let mut doubts = Vec::new();
     if motion.turn_costs() {
         doubts.push(Doubt::Oblique {
             degrees: motion.angle_rad.to_degrees(),
             drift_px: Some(motion.drift_px().abs()),
+            turn: motion.cure(),
         });
     }
-    let steps = motion.steps();
-    let returns = steps
-        .iter()
-        .enumerate()
-        .filter(|(_, (step, sigma))| *step < NO_STEP && NO_STEP - step > SIGNIFICANT * sigma);
-    let returns: Vec<(usize, f64)> = returns.map(|(place, (step, _))| (numbers[place + 1], *step)).collect();
+    // Without given places, frames stand at their numbers, also if some are left out.
+    let counted: Vec<f64> = numbers.iter().map(|&number| number as f64).collect();
+    let places = |frames: &[usize]| match given {
+        Some(given) => frames.iter().map(|&frame| given[frame]).collect(),
+        None => counted[..frames.len()].to_vec(),
+    };
+    let all: Vec<usize> = (0..numbers.len()).collect();
+    let steps = motion.steps(&all, &places(&all));
+    let returns: Vec<(usize, Return)> =
+        steps.iter().filter_map(|step| Some((step.to, step.returns()?))).collect();
+    // The others are judged without the frames that return: leaving those out helps.
+    let mut on = vec![0];
+    let mut farthest = motion.tau[0];
+    for &frame in &all[1..] {
+        if motion.tau[frame] > farthest && !returns.iter().any(|(returned, _)| *returned == frame) {
+            on.push(frame);
+            farthest = motion.tau[frame];
+        }
+    }
     if !returns.is_empty() {
-        doubts.push(Doubt::Returns(returns));
-    } else if let Some(displacement_px) = motion.displacement_px(given) {
-        // Steps against those that are given: 1 where both agree.
-        let known: Vec<f64> = given.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let usual = median(&mut known.clone()).unwrap_or(1.0);
-        let against = |place: usize| steps[place].0 * usual / known[place];
-        let (gaps, even): (Vec<usize>, Vec<usize>) =
-            (0..steps.len()).partition(|&place| against(place) > GAP);
-        let off: Vec<f64> = even.iter().map(|&place| against(place) - 1.0).collect();
-        let noise: Vec<f64> = even.iter().map(|&place| steps[place].1).collect();
+        doubts.push(Doubt::Returns(returns.into_iter().map(|(frame, how)| (numbers[frame], how)).collect()));
+    }
+    let places = places(&on);
+    if let Some(displacement_px) = motion.displacement_px(&on, &places) {
+        let steps = motion.steps(&on, &places);
+        let (gaps, even): (Vec<Step>, Vec<Step>) =
+            steps.into_iter().partition(|step| step.jumps() && step.length > step.taken);
+        let off: Vec<f64> = even.iter().map(|step| step.length - step.taken).collect();
+        let noise: Vec<f64> = even.iter().map(|step| step.sigma).collect();
         let (off, noise) = (root_mean_square(&off), root_mean_square(&noise));
+        let numbered = |step: Step| Step { from: numbers[step.from], to: numbers[step.to], ..step };
         doubts.push(Doubt::Uneven {
             displacement_px,
             share: if off > SIGNIFICANT * noise { off } else { 0.0 },
-            gaps: gaps.iter().map(|&place| (numbers[place], numbers[place + 1], against(place))).collect(),
+            gaps: gaps.into_iter().map(numbered).collect(),
         });
     }
     doubts

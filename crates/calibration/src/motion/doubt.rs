@@ -1,5 +1,7 @@
 //! What was seen in frames.
 
+use crate::texture_motion::{Return, Step, Turn};
+
 /// What was seen in the frames. Frames are numbered from 0, in the order in which they came.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Motion {
@@ -26,19 +28,21 @@ pub enum Doubt {
         /// How far it goes across the rows from the first frame to the last, in px; `None` if it could only be
         /// measured roughly.
         drift_px: Option<f64>,
+        /// The way in which to turn the images.
+        turn: Turn,
     },
     /// Frames do not stand where they are taken to stand.
     Uneven {
         /// Root mean square of how far they stand from there, in px of a typical point.
         displacement_px: f64,
-        /// Root mean square by which steps differ, as a share of a step, but for gaps; 0 if that is not significant.
+        /// Root mean square by which steps differ from those that are taken, as a share of the usual step, but for
+        /// gaps; 0 if that is not significant.
         share: f64,
-        /// Steps that are much longer than the others: the frame before, the one after, and how many steps.
-        gaps: Vec<(usize, usize, f64)>,
+        /// Steps that are longer than the one that is taken by half a usual step and more.
+        gaps: Vec<Step>,
     },
-    /// These frames stand where the ones before them do, or before those; with the step that led to them, in usual
-    /// steps.
-    Returns(Vec<(usize, f64)>),
+    /// These frames do not stand beyond the ones before them.
+    Returns(Vec<(usize, Return)>),
     /// The frames are not in the order of the motion; this order of them is.
     Disorder(Vec<usize>),
     /// The motion turns round at this frame.

@@ -7,6 +7,7 @@ use super::blocks::{Shift, Shifts, shifts};
 use super::doubt::{Doubt, Motion};
 use super::order::Distances;
 use super::reduced::Reduced;
+use crate::texture_motion::{Turn, in_usual_steps};
 use epirig_core::statistics::median;
 
 /// A block moves if it goes at least so far, in reduced pixels.
@@ -57,7 +58,7 @@ impl<'a> Judge<'a> {
         path.into_iter().map(|place| self.frames[place].0).collect()
     }
 
-    pub(super) fn motion(mut self, places: &[f64]) -> Motion {
+    pub(super) fn motion(mut self, places: Option<&[f64]>) -> Motion {
         let mut motion = Motion::default();
         if self.frames.len() < 2 {
             return motion;
@@ -98,13 +99,16 @@ impl<'a> Judge<'a> {
         let followed = if motion.doubts.is_empty() { along::measured(&self.frames) } else { None };
         if let Some((followed, looked)) = followed {
             let numbers: Vec<usize> = looked.iter().map(|&place| self.frames[place].0).collect();
-            let given: Vec<f64> = numbers.iter().filter_map(|&number| places.get(number).copied()).collect();
-            if given.len() == numbers.len() {
-                motion.doubts.extend(along::doubts(&followed, &numbers, &given));
+            let given = places.map(|places| {
+                let places = in_usual_steps(places);
+                numbers.iter().filter_map(|&number| places.get(number).copied()).collect::<Vec<f64>>()
+            });
+            if given.as_ref().is_none_or(|given| given.len() == numbers.len()) {
+                motion.doubts.extend(along::doubts(&followed, &numbers, given.as_deref()));
             }
         } else if y > OBLIQUE * x && y >= MOVES_PX {
             let degrees = (signed(|shift| shift.1) / signed(|shift| shift.0)).atan().to_degrees();
-            motion.doubts.push(Doubt::Oblique { degrees, drift_px: None });
+            motion.doubts.push(Doubt::Oblique { degrees, drift_px: None, turn: Turn::against(degrees) });
         }
         motion
     }

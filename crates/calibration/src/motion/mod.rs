@@ -55,13 +55,12 @@ impl MotionCheck {
 
     /// What was seen of frames that are taken to stand in equal steps.
     pub fn motion(&self) -> Motion {
-        let counted: Vec<f64> = (0..self.frames.len()).map(|index| index as f64).collect();
-        self.motion_at(&counted)
+        Judge::new(&self.frames).motion(None)
     }
 
     /// What was seen of frames that are taken to stand at `places`, in any unit, in the order of the frames.
     pub fn motion_at(&self, places: &[f64]) -> Motion {
-        Judge::new(&self.frames).motion(places)
+        Judge::new(&self.frames).motion(Some(places))
     }
 
     /// The frames in the order of the motion, as far as their likeness tells it.

@@ -1,6 +1,7 @@
 //! Scenes that are drawn here: noise of several scales, sampled where the camera would see it.
 
 use super::*;
+use crate::texture_motion::{Return, Turn};
 use epirig_core::frame::Samples;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -136,11 +137,12 @@ fn motion_of_another_direction_is_told() {
                 other => panic!("{step}: {other:?}"),
             }
             // A camera that is a degree out of its place, either way.
-            for turn in [0.02, -0.02_f64] {
-                match &doubts(&moved(&texture, steps(14, step, turn * step)))[..] {
-                    [Doubt::Oblique { degrees, drift_px: Some(drift_px) }] => {
-                        assert!((degrees - turn.atan().to_degrees()).abs() < 0.1, "{degrees}");
-                        assert!((drift_px - 13.0 * (turn * step).abs()).abs() < 0.1, "{drift_px}");
+            for tilt in [0.02, -0.02_f64] {
+                match &doubts(&moved(&texture, steps(14, step, tilt * step)))[..] {
+                    [Doubt::Oblique { degrees, drift_px: Some(drift_px), turn }] => {
+                        assert!((degrees - tilt.atan().to_degrees()).abs() < 0.1, "{degrees}");
+                        assert_eq!(*turn, Turn::against(*degrees));
+                        assert!((drift_px - 13.0 * (tilt * step).abs()).abs() < 0.1, "{drift_px}");
                     }
                     // 0.1 px over all frames costs less than noise.
                     other => assert!(step == 0.4 && other.is_empty(), "{step}: {other:?}"),
@@ -227,7 +229,9 @@ fn steps_that_differ_are_told_with_their_gaps() {
     gap.drain(5..7);
     match &seen(&gap)[..] {
         [Doubt::Uneven { gaps, share, .. }] => {
-            assert!(matches!(gaps[..], [(4, 5, steps)] if (steps - 3.0).abs() < 0.05), "{gaps:?}");
+            let [gap] = gaps[..] else { panic!("{gaps:?}") };
+            assert_eq!((gap.from, gap.to, gap.taken), (4, 5, 1.0));
+            assert!((gap.length - 3.0).abs() < 0.05, "{gap:?}");
             assert_eq!(*share, 0.0);
         }
         other => panic!("{other:?}"),
@@ -243,12 +247,67 @@ fn steps_that_differ_are_told_with_their_gaps() {
         other => panic!("{other:?}"),
     }
     // Where they are taken to stand there, nothing is wrong.
-    let mut check = MotionCheck::new(gap.len());
-    moved(&fine(21), gap.iter().map(|&x| (x, 0.0))).iter().for_each(|frame| check.look(frame));
-    assert_eq!(check.motion_at(&gap).doubts, []);
-    let mut repeated = even(14);
+    assert_eq!(doubts_at(&gap, &gap), []);
+}
+
+/// What is told of frames at these places, in px, that are taken to stand at others.
+fn doubts_at(places: &[f64], given: &[f64]) -> Vec<Doubt> {
+    let mut check = MotionCheck::new(places.len());
+    moved(&fine(21), places.iter().map(|&x| (x, 0.0))).iter().for_each(|frame| check.look(frame));
+    check.motion_at(given).doubts
+}
+
+#[test]
+fn a_short_step_is_a_step_and_one_that_may_be_none_is_not() {
+    let counted = |count: usize| (0..count).map(|index| index as f64).collect::<Vec<f64>>();
+    // Frame 6 is a quarter of a step, 1.5 px, beyond frame 5.
+    let mut short: Vec<f64> = (0..14).map(|index| 6.0 * f64::from(index)).collect();
+    short.iter_mut().skip(6).for_each(|place| *place -= 4.5);
+    assert_eq!(doubts_at(&short, &short), []);
+    assert!(matches!(doubts_at(&short, &counted(14))[..], [Doubt::Uneven { .. }]));
+    // A repeated frame, and one that goes back by a tenth of a step. Left out, nothing is wrong.
+    let mut repeated: Vec<f64> = (0..14).map(|index| 6.0 * f64::from(index)).collect();
     repeated.insert(6, repeated[5]);
+    repeated.insert(10, repeated[9] - 0.6);
+    let without_given = doubts(&moved(&fine(21), repeated.iter().map(|&x| (x, 0.0))));
+    let mut given: Vec<f64> = repeated.clone();
+    (given[6], given[10]) = (given[5] + 3.0, given[9] + 3.0);
+    for found in [without_given, doubts_at(&repeated, &given)] {
+        match &found[..] {
+            [Doubt::Returns(frames)] => match frames[..] {
+                [(6, Return::Repeated), (10, Return::Back(steps))] => {
+                    let usual = 0.1;
+                    assert!((steps - usual).abs() < 0.01, "{steps}");
+                }
+                _ => panic!("{frames:?}"),
+            },
+            other => panic!("{other:?}"),
+        }
+    }
+    // A gap is told besides.
+    repeated.iter_mut().skip(12).for_each(|place| *place += 12.0);
+    let found = doubts(&moved(&fine(21), repeated.iter().map(|&x| (x, 0.0))));
     assert!(
-        matches!(&seen(&repeated)[..], [Doubt::Returns(frames)] if frames.len() == 1 && frames[0].0 == 6)
+        matches!(&found[..], [Doubt::Returns(_), Doubt::Uneven { gaps, .. }] if gaps.len() == 1),
+        "{found:?}"
     );
+}
+
+#[test]
+fn steps_of_many_frames_are_told_in_steps_of_one() {
+    // Of more than 400 frames every second one is looked at. One frame is missing behind the 250th, three are behind
+    // the 400th.
+    let places = (0..504).filter(|index| *index != 251 && !(402..405).contains(index)).map(f64::from);
+    match &doubts(&moved(&fine(22), places.map(|place| (1.2 * place, 0.0))))[..] {
+        [Doubt::Uneven { gaps, .. }] => match gaps[..] {
+            [one, three] => {
+                assert_eq!((one.from, one.to, one.taken), (250, 252, 2.0));
+                assert!((one.length - 3.0).abs() < 0.1, "{one:?}");
+                assert_eq!((three.from, three.to, three.taken), (400, 402, 2.0));
+                assert!((three.length - 5.0).abs() < 0.1, "{three:?}");
+            }
+            _ => panic!("{gaps:?}"),
+        },
+        other => panic!("{other:?}"),
+    }
 }

@@ -20,14 +20,15 @@ mod frames;
 mod point;
 mod search;
 mod start;
+mod steps;
 #[cfg(test)]
 mod tests;
 
 pub use error::TextureMotionError;
 pub use frames::Frames;
+pub use steps::{Return, Step, in_usual_steps};
 
 use adjust::Adjusted;
-use epirig_core::statistics::{median, root_mean_square};
 use search::{Found, SOME};
 
 /// Longest side of the pictures of the first search, in px.
@@ -94,33 +95,35 @@ impl TextureMotion {
     }
 
     /// The way in which images are to be turned, so that the motion is along the rows.
-    pub fn cure(&self) -> &'static str {
+    pub fn cure(&self) -> Turn {
+        Turn::against(self.angle_rad)
+    }
+}
+
+/// A way to turn images.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turn {
+    /// As the hands of a clock.
+    Clockwise,
+    /// Against them.
+    CounterClockwise,
+}
+
+impl Turn {
+    /// The way that brings a motion at this angle, in any unit, to the rows: positive if what goes to the right goes
+    /// down, too.
+    pub fn against(angle: f64) -> Self {
         // Rows count downwards: contents that move to the right and down go clockwise from the rows.
-        if self.angle_rad > 0.0 { "counter-clockwise" } else { "clockwise" }
+        if angle > 0.0 { Self::CounterClockwise } else { Self::Clockwise }
     }
+}
 
-    /// Steps in units of the usual one, and the standard uncertainty of each.
-    pub fn steps(&self) -> Vec<(f64, f64)> {
-        let steps: Vec<f64> = self.tau.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let usual = median(&mut steps.clone()).unwrap_or(f64::NAN);
-        steps.iter().zip(&self.step_sigma).map(|(step, sigma)| (step / usual, sigma / usual.abs())).collect()
-    }
-
-    /// How far frames stand from `places` in any unit on any scale, root mean square in px of a typical point, if a
-    /// match that takes them for true loses accuracy by it.
-    pub fn displacement_px(&self, places: &[f64]) -> Option<f64> {
-        let count = places.len() as f64;
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
-        let (place, position) = (mean(places), mean(&self.position_px));
-        let both = || places.iter().zip(&self.position_px).map(|(a, b)| (a - place, b - position));
-        let slope = both().map(|(a, b)| a * b).sum::<f64>() / both().map(|(a, _)| a * a).sum::<f64>();
-        let squares = both().map(|(a, b)| (b - slope * a).powi(2)).sum::<f64>();
-        let apart_px = (squares / (count - 2.0).max(1.0)).sqrt();
-        let moved_px = self.position_px.last().copied().unwrap_or(0.0);
-        let known_px = moved_px * root_mean_square(&self.tau_sigma);
-        // A disparity is the slope of a line through frames that are evenly spread over the baseline.
-        let cost_px = apart_px * (12.0 / count).sqrt();
-        (cost_px > COST_PX && apart_px > SIGNIFICANT * known_px).then_some(apart_px)
+impl std::fmt::Display for Turn {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Clockwise => "clockwise",
+            Self::CounterClockwise => "counter-clockwise",
+        })
     }
 }
 
