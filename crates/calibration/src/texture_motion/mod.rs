@@ -14,6 +14,7 @@
 //! The direction of the motion follows from displacements across it.
 
 mod adjust;
+mod compared;
 mod error;
 mod follow;
 mod frames;

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::frames::Frames;
-use super::point::squares;
-use super::search::{
+use super::compared::{
     AMBIGUOUS, CLEAR_PX, FEWEST, LEAST_CORRELATION, MOVES_PX, ONE_PLACE_PX, POINTS, SIDE, peak,
 };
+use super::frames::Frames;
+use super::point::squares;
 use crate::block::Block;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::median;
