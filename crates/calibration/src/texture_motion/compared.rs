@@ -2,6 +2,7 @@
 
 /// Side of the squares that are looked for, in px of the small pictures.
 pub(super) const SIDE: usize = 12;
+/// Squares of a picture that are looked for in others, at most.
 pub(super) const POINTS: usize = 120;
 /// Fewest points that speak for a motion.
 pub(super) const FEWEST: usize = 4;
