@@ -348,8 +348,10 @@ async function request(path: string, options: RequestInit = {}): Promise<Respons
   try {
     reply = await fetch(path, { ...options, headers, cache: 'no-store' });
   } catch (error) {
-    if (!(error instanceof DOMException && error.name === 'AbortError')) contactFailed();
-    throw error;
+    if (error instanceof DOMException && error.name === 'AbortError') throw error;
+    contactFailed();
+    // Each browser has words of its own for it, and none is of use to a person.
+    throw new Error('The server does not answer.', { cause: error });
   }
   contactMade();
   if (reply.ok) return reply;
