@@ -121,6 +121,15 @@ test('a jog ends when the contact is lost, and does not come back with it', asyn
   expect(rig.sent('rig/jog').length).toBe(1);
 });
 
+test('a jog that nobody answers is told in words', async ({ page }) => {
+  const rig = await opened(page);
+  rig.unreachable = true;
+  await right(page).hover();
+  await page.mouse.down();
+  await expect(page.getByRole('alert').filter({ hasText: 'The server does not answer.' })).toBeVisible();
+  await expect(page.locator('.jog.held')).toHaveCount(0);
+});
+
 test('a jog does not go on after the page was frozen', async ({ page }) => {
   const rig = await held(page);
   await page.clock.fastForward(1500);
