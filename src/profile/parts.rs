@@ -258,6 +258,11 @@ pub struct SimFaults {
     pub vignetting: f64,
     /// Relative standard deviation of the lamp from frame to frame, 0 to 0.1.
     pub flicker: f64,
+    /// How much lighter the lamp becomes from the first to the last stop, as a share of its light,
+    /// -0.9 to 0.9.
+    pub drift: f64,
+    /// Brightness of a highlight that stands still in the image, in grey levels of 255, 0 to 127.
+    pub highlight_dn: f64,
     /// Standard deviation of the true minus the reported position, in um, 0 or more.
     pub step_error_um: f64,
     /// Depth of the middle of an edge of the tile below the tile's centre, in mm.

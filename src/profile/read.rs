@@ -267,6 +267,8 @@ impl Reader {
                 k1: self.plain_number(&sim::K1),
                 vignetting: self.share(&sim::VIGNETTING),
                 flicker: self.share(&sim::FLICKER),
+                drift: self.share(&sim::DRIFT),
+                highlight_dn: self.number_or_default(&sim::HIGHLIGHT, DN),
                 step_error_um: self.number_or_default(&sim::STEP_ERROR, UM),
                 bow_mm: self.number_or_default(&sim::BOW, MM),
                 black_level_dn: self.number_or_default(&sim::BLACK_LEVEL, DN),

@@ -185,13 +185,15 @@ mod tests {
     }
 
     fn faults() -> impl Strategy<Value = SimFaults> {
-        (proptest::array::uniform9(number()), any::<usize>()).prop_map(|(numbers, hot_pixels)| {
+        (proptest::array::uniform11(number()), any::<usize>()).prop_map(|(numbers, hot_pixels)| {
             let [
                 roll_rad,
                 pan_rad,
                 k1,
                 vignetting,
                 flicker,
+                drift,
+                highlight_dn,
                 step_error_um,
                 bow_mm,
                 black_level_dn,
@@ -203,6 +205,8 @@ mod tests {
                 k1,
                 vignetting,
                 flicker,
+                drift,
+                highlight_dn,
                 step_error_um,
                 bow_mm,
                 black_level_dn,

@@ -75,6 +75,8 @@ fn add_faults(config: &mut SimulatorConfig, faults: &SimFaults, seed: u64) {
         *bow_mm = faults.bow_mm;
     }
     config.flicker = faults.flicker;
+    config.drift = faults.drift;
+    config.highlight = faults.highlight_dn / 255.0;
 }
 
 /// The chess-boards of a simulated tile, along its upper and its lower edge.

@@ -34,6 +34,8 @@ impl SimulatorConfig {
             scan: SimulatedScan { start_mm: 10.0, step_mm: 150.0 / (frames.max(2) - 1) as f64, frames },
             board: None,
             flicker: 0.0,
+            drift: 0.0,
+            highlight: 0.0,
             step_error: StepError::default(),
         }
     }
@@ -83,6 +85,8 @@ impl SimulatorConfig {
             scan: SimulatedScan { start_mm: 10.0, step_mm: 40.0 / (frames.max(2) - 1) as f64, frames },
             board: None,
             flicker: 0.0,
+            drift: 0.0,
+            highlight: 0.0,
             step_error: StepError::default(),
         }
     }
@@ -107,6 +111,8 @@ impl SimulatorConfig {
             scan: SimulatedScan { start_mm: 10.0, step_mm: travel_mm / (frames.max(2) - 1) as f64, frames },
             board: None,
             flicker: 0.0,
+            drift: 0.0,
+            highlight: 0.0,
             step_error: StepError::default(),
         }
     }

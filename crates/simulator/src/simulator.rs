@@ -75,6 +75,14 @@ pub struct SimulatorConfig {
     /// Standard deviation of the lamp's light from exposure to exposure, as a share of it; 0 to 0.1.
     #[serde(default)]
     pub flicker: f64,
+    /// How much lighter the lamp becomes from the first to the last stop, as a share of its light;
+    /// -0.9 to 0.9.
+    #[serde(default)]
+    pub drift: f64,
+    /// Brightness of a highlight that stands still in the image while the scene moves, as a share
+    /// of full scale; 0 to 0.5.
+    #[serde(default)]
+    pub highlight: f64,
     /// Error of the carriage's position against the reported one.
     #[serde(default)]
     pub step_error: StepError,
@@ -119,6 +127,14 @@ impl Simulator {
         if !(0.0..=0.1).contains(&config.flicker) {
             let value = config.flicker;
             return Err(SimulatorError::BadNumber { what: "flicker", value, expected: "from 0 to 0.1" });
+        }
+        if !(-0.9..=0.9).contains(&config.drift) {
+            let value = config.drift;
+            return Err(SimulatorError::BadNumber { what: "drift", value, expected: "from -0.9 to 0.9" });
+        }
+        if !(0.0..=0.5).contains(&config.highlight) {
+            let value = config.highlight;
+            return Err(SimulatorError::BadNumber { what: "highlight", value, expected: "from 0 to 0.5" });
         }
         let sigma_um = config.step_error.sigma_um;
         if !(sigma_um.is_finite() && sigma_um >= 0.0) {
@@ -174,7 +190,12 @@ impl Simulator {
     /// The light on the sensor with the stage at `position_mm`, as a share of full scale at reflectance 1;
     /// rows x columns.
     pub fn irradiance(&self, position_mm: f64) -> Grid<f32> {
-        self.irradiance_at_offset(self.scene_offset_mm(position_mm))
+        let mut light = self.irradiance_at_offset(self.scene_offset_mm(position_mm));
+        let SimulatorConfig { drift, highlight, scan, .. } = &self.config;
+        let travel_mm = scan.step_mm * (scan.frames - 1) as f64;
+        let share = (position_mm - scan.middle_mm()) / travel_mm;
+        lamp::change(&mut light, 1.0 + drift * share.clamp(-0.5, 0.5), *highlight);
+        light
     }
 
     pub(super) fn irradiance_at_offset(&self, offset_mm: f64) -> Grid<f32> {

@@ -63,6 +63,20 @@ keys!(
         "Relative standard deviation of the lamp from frame to frame"
     )
     .or("0 %"),
+    DRIFT = key(
+        "drift",
+        measure(PERCENT, Allowed::Within(90.0)),
+        "3 %",
+        "How much lighter the lamp becomes from the first to the last stop"
+    )
+    .or("0 %"),
+    HIGHLIGHT = key(
+        "highlight",
+        measure(DN, Allowed::UpTo(127.0)),
+        "2 DN",
+        "Brightness of a highlight that stands still in the image while the object moves, in grey levels of 255"
+    )
+    .or("0 DN"),
     STEP_ERROR = key(
         "step_error",
         measure(UM, Allowed::ZeroOrMore),

@@ -74,6 +74,8 @@ fn the_real_rig_is_the_simulated_one_with_targets_and_faults() {
         k1: -0.02,
         vignetting: 0.18,
         flicker: 0.003,
+        drift: 0.0,
+        highlight_dn: 0.0,
         step_error_um: 5.0,
         bow_mm: 0.3,
         black_level_dn: 3.0,
