@@ -194,7 +194,7 @@ ALTERNATIVES = {
 def measured_alternatives(arguments, scene, folder):
     """epirig and the paper's alternatives on one of the four scenes."""
     folder.mkdir()
-    for options in ((), ("--fit-surface", "lines"), ("--quick",)):
+    for options in ((), ("--quick",)):
         yield epirig(arguments.program, folder, scene, scene.range_px, arguments.repeats, options)
     for name, (used, method) in ALTERNATIVES.items():
         # On a corner of the scene first, so that no timing contains compilation.

@@ -4,7 +4,7 @@ use clap::Args;
 
 use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::{
-    DisparityRange, MatchOptions, Method, Occlusion, OrderingConstraint, ReferenceFrame, Search, Surfaces,
+    DisparityRange, MatchOptions, Method, Occlusion, OrderingConstraint, ReferenceFrame, Search,
 };
 
 use super::choice::choice;
@@ -61,21 +61,8 @@ pub(super) struct MatchArguments {
     /// Reject pixels whose confidence is lower, 0 to 1 (only without the ordering constraint)
     #[arg(long, value_name = "SHARE", default_value_t = usual().minimum_confidence)]
     min_confidence: f64,
-    /// How the sub-pixel fit joins pixels: by windows along rows and columns, or by planes with one line
-    /// through discs, for edges at other angles
-    #[arg(
-        long,
-        value_parser = choice::<Surfaces>(),
-        default_value_t = usual().surfaces,
-        conflicts_with = "fit_window"
-    )]
-    fit_surface: Surfaces,
-    /// Side of the smallest window of the sub-pixel fit by windows, odd, 1 to 21 px [default: 3, with --quick
-    /// 5]
-    #[arg(long, value_name = "PX")]
-    fit_window: Option<usize>,
-    /// Let windows of the fit grow where they leave a larger sigma than this, in px: up to 11 px, and up to
-    /// 21 px on surfaces without relief (discs: up to 115 px). `inf` keeps all windows at the smallest size
+    /// Let the discs of the sub-pixel fit grow where they leave a larger sigma than this, in px: up
+    /// to 115 px. `inf` keeps all at one small size
     #[arg(long, value_name = "PX", default_value_t = usual().wanted_sigma_px)]
     wanted_sigma: f64,
     /// Interpolate three costs by a parabola instead of the fit over all frames (always so for correlation)
@@ -106,8 +93,6 @@ impl MatchArguments {
             occlusion: self.occlusion,
             ordering_constraint: self.ordering_constraint,
             refine: defaults.refine && !self.no_fit,
-            surfaces: self.fit_surface,
-            refine_window_px: self.fit_window.unwrap_or(defaults.refine_window_px),
             wanted_sigma_px: self.wanted_sigma,
             maximum_sigma_px: self.max_sigma,
             minimum_confidence: self.min_confidence,

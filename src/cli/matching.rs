@@ -306,6 +306,9 @@ pub(super) fn describe(measurement: &Measurement) -> String {
             ),
         });
     }
+    if let Some(light) = summary.light.and_then(|light| light.in_words()) {
+        text.push_str(&format!("light              {light}: taken off\n"));
+    }
     if let Some(distance_mm) = summary.distance_mm {
         text.push_str(&format!("median distance    {distance_mm:.2} mm\n"));
     }

@@ -15,7 +15,7 @@ use epirig_matcher::surface::{
     Extent, Filters, Geometry, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError,
     TrendKind, find_extent, find_outliers, find_steps, fit_trend, profile,
 };
-use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX};
+use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX};
 
 /// Questions about a surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,11 +51,12 @@ impl SurfaceQuestions {
 
 /// The options of the search for two levels in results that were matched with `settings`.
 pub fn steps_options(settings: &MatchSettings, trend: TrendKind) -> StepsOptions {
-    // A height is made of what the cost's and the fit's window see, whichever is larger; halves are measured in
-    // equal windows. Windows that grow do so along the surface, but noise hides low walls from them.
-    let window_px = settings.window_px.max(settings.fit_window_px).max(LEAST_EQUAL_WINDOW_PX);
+    // A height is made of what the cost's window and the fit's discs see, whichever is larger;
+    // halves are measured in equal discs. Discs that grow know of walls, but noise hides low ones
+    // from them.
+    let window_px = settings.window_px.max(EQUAL_DISCS_PX);
     let steps = StepsOptions::for_window(trend, window_px);
-    if settings.wanted_sigma_px.is_some() { steps.with_grown_window(LARGEST_GROWN_WINDOW_PX) } else { steps }
+    if settings.wanted_sigma_px.is_some() { steps.with_grown_window(GROWN_DISCS_PX) } else { steps }
 }
 
 /// What was found out about a surface.

@@ -27,7 +27,7 @@ pub use write::{ResultsFolder, encoded_picture, mask_value};
 use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::surface::Rectangle;
 use epirig_matcher::{
-    LockingAmplitudes, LockingHarmonic, Method, Occlusion, OrderingUsed, PixelLocking, Search, Surfaces,
+    LightChange, LockingAmplitudes, LockingHarmonic, Method, Occlusion, OrderingUsed, PixelLocking, Search,
 };
 
 /// Hash of the bytes of a file.
@@ -58,23 +58,13 @@ pub struct MatchSettings {
     pub occlusion: Occlusion,
     /// Whether the fit over all frames was made.
     pub fit: bool,
-    /// How the fit joined observations; windows if absent.
-    #[serde(default = "windows")]
-    pub surfaces: Surfaces,
-    /// Side of the smallest window of the fit, in px.
-    pub fit_window_px: usize,
-    /// Sigma up to which windows grow, in px; absent if they do not.
+    /// Sigma up to which discs of the fit grow, in px; absent if they do not.
     #[serde(default)]
     pub wanted_sigma_px: Option<f64>,
     /// Largest sigma of an answer, in px.
     pub maximum_sigma_px: f64,
     /// Least confidence of an answer without the ordering constraint.
     pub minimum_confidence: f64,
-}
-
-/// What results without the setting were made with.
-fn windows() -> Surfaces {
-    Surfaces::Windows
 }
 
 /// Pixel locking over many frames, as in [`epirig_matcher::PixelLocking`].
@@ -194,6 +184,8 @@ pub struct MatchSummary {
     /// Pixel locking; absent if it could not be measured.
     #[serde(default)]
     pub pixel_locking: Option<LockingSummary>,
+    /// How the light changed, which is taken off; absent if nothing shows it.
+    pub light: Option<LightChange>,
     /// Distance that is the zero of heights, in mm, if the geometry is known.
     pub distance_mm: Option<f64>,
     /// Duration of the matching, in s.

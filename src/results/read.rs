@@ -123,9 +123,9 @@ pub(super) fn summary_in(folder: &Path, bytes: Vec<u8>) -> Result<MatchSummary, 
     let kind = ResultsKind::Match;
     let summary: MatchSummary = parsed(folder, kind, bytes)?;
     let bad = |reason| ResultsError::BadSummary { path: folder.join(kind.summary()), reason, kind };
-    let MatchSettings { window_px, fit_window_px, .. } = summary.settings;
-    if window_px.max(fit_window_px) > LARGEST_WINDOW_PX {
-        return Err(bad(format!("windows of {window_px} and {fit_window_px} px are impossible")));
+    let MatchSettings { window_px, .. } = summary.settings;
+    if window_px > LARGEST_WINDOW_PX {
+        return Err(bad(format!("a window of {window_px} px is impossible")));
     }
     let shares = [
         summary.answered,

@@ -367,9 +367,10 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
 
     let [first, second] = ["calibrated", "again"].map(|name| map(&path.join(name).join("disparity.tiff")));
     let sigma = map(&path.join("calibrated/sigma.tiff"));
-    // Rounding to 1/128 DN has a standard deviation of 0.0023 DN, beside noise of 1.434 DN: on a plane a disparity moves by 0.0016 of its sigma (RMS). At the
-    // tile's steps windows compete for pixels with nearly equal scores and may change places, so some move by more: measured 0.0024 sigma in the middle, and
-    // for nine of ten pixels at most 0.073 sigma or 0.0046 px. A sixth and a tenth of margin.
+    // Rounding to 1/128 DN has a standard deviation of 0.0023 DN, beside noise of 1.434 DN: on a
+    // plane a disparity moves by 0.0016 of its sigma (RMS). At the tile's walls the edges of a disc
+    // are weighed anew, so some move by more: measured 0.0067 sigma in the middle, and for nine of
+    // ten pixels at most a few hundredths of sigma. A third of margin.
     let known = |value: f32| !value.is_nan();
     let mut off: Vec<(f32, f32)> = Vec::new();
     for ((first, second), sigma) in first.values().iter().zip(second.values()).zip(sigma.values()) {
@@ -385,7 +386,7 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     off_px.sort_unstable_by(f32::total_cmp);
     off_sigmas.sort_unstable_by(f32::total_cmp);
     let nine_tenths = off_px.len() * 9 / 10;
-    assert!(off_sigmas[off_sigmas.len() / 2] < 0.006, "{}", off_sigmas[off_sigmas.len() / 2]);
+    assert!(off_sigmas[off_sigmas.len() / 2] < 0.009, "{}", off_sigmas[off_sigmas.len() / 2]);
     assert!(off_sigmas[nine_tenths] < 0.085, "{}", off_sigmas[nine_tenths]);
     assert!(off_px[nine_tenths] < 0.005, "{}", off_px[nine_tenths]);
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();

@@ -45,21 +45,10 @@ fn a_first_look_says_that_it_is_one() {
         summary["settings"].clone()
     };
     let quick = settings(&["--quick"]);
-    assert_eq!((&quick["quick"], &quick["fit_window_px"]), (&true.into(), &5.into()));
+    assert_eq!(quick["quick"], true);
     assert!(quick["wanted_sigma_px"].is_null());
-    assert_eq!(settings(&["--quick", "--fit-window", "7"])["fit_window_px"], 7);
-    let whole = settings(&[]);
-    assert_eq!((&whole["quick"], &whole["fit_window_px"]), (&false.into(), &3.into()));
-    assert_eq!(whole["surfaces"], "windows");
-    assert_eq!(settings(&["--fit-surface", "lines"])["surfaces"], "lines");
-    // Discs have no smallest window.
-    fails(
-        folder.path(),
-        &["match", "seq", "--fit-surface", "lines", "--fit-window", "5"],
-        2,
-        &["--fit-surface", "--fit-window"],
-    );
-    // It has windows of one size.
+    assert_eq!(settings(&[])["quick"], false);
+    // It has discs of two sizes only, whatever sigma they reach.
     fails(
         folder.path(),
         &["match", "seq", "--quick", "--wanted-sigma", "0.01"],

@@ -30,22 +30,26 @@ const STEPS: f64 = 40.0;
 /// Pixels count as textured whose sigma is below this in both halves, in px per 40 frames: the median of the differences of two
 /// Gaussian errors is 0.95 of their sigma, so 0.02 px can be asked only of pixels that are known about so well.
 const TEXTURED_SIGMA_PX: f32 = 0.03;
-/// A median of few pixels would say little. Almost no pixel is so certain here: 0.00035 of them, and 0.0020 by all photographs.
-const TEXTURED: Promise = Promise::missed(Bounds::at_least(0.05), Bounds::at_least(0.00005));
-const TEXTURED_OF_ALL: Promise = Promise::missed(Bounds::at_least(0.05), Bounds::at_least(0.0018));
-/// 0.0256 is what is reached, of some hundred pixels.
-const DIFFERENCE_PX: Promise = Promise::missed(Bounds::at_most(0.02), Bounds::at_most(0.027));
-/// 0.0150 is reached by all photographs.
+/// A median of few pixels would say little. Almost no pixel is so certain here: 0.0019 of them, and
+/// 0.0005 by all photographs.
+const TEXTURED: Promise = Promise::missed(Bounds::at_least(0.05), Bounds::at_least(0.0016));
+const TEXTURED_OF_ALL: Promise = Promise::missed(Bounds::at_least(0.05), Bounds::at_least(0.0004));
+/// 0.0225 is what is reached, of some hundred pixels.
+const DIFFERENCE_PX: Promise = Promise::missed(Bounds::at_most(0.02), Bounds::at_most(0.025));
+/// 0.0140 is reached by all photographs.
 const DIFFERENCE_OF_ALL_PX: Promise = Promise::as_asked(Bounds::at_most(0.02));
-/// Thirteen thousand pixels, 4 % of all, are known to less than this in both halves, in px per 40 frames. A median of this many is more stable.
+/// A tenth of all pixels are known to less than this in both halves, in px per 40 frames. A median
+/// of this many is more stable.
 const WELL_KNOWN_PX: f32 = 0.1;
-/// 0.043 are; a tenth of margin.
-const LEAST_WELL_KNOWN: f64 = 0.038;
-/// This share of all, those that are known best, differs by 0.0491 px; a fiftieth of margin. When only 0.030 were known to 0.1 px, it differed by 0.0443.
+/// 0.106 are; a tenth of margin.
+const LEAST_WELL_KNOWN: f64 = 0.095;
+/// This share of all, those that are known best, differs by 0.0356 px; a tenth of margin.
 const BEST_KNOWN: f64 = 0.027;
-const BEST_KNOWN_DIFFERENCE_PX: f32 = 0.05;
-/// Shares of their differences within one sigma and within two that are asked at least; of Gaussian ones 0.68 and 0.95 are.
-const WITHIN_1_AND_2: [f64; 2] = [0.65, 0.93];
+const BEST_KNOWN_DIFFERENCE_PX: f32 = 0.039;
+/// Shares of their differences within one sigma and within two; of Gaussian ones 0.68 and 0.95 are.
+/// 0.651 and 0.855 are reached: leaves move and hide each other.
+const WITHIN_1: Promise = Promise::missed(Bounds::at_least(0.65), Bounds::at_least(0.63));
+const WITHIN_2: Promise = Promise::missed(Bounds::at_least(0.93), Bounds::at_least(0.84));
 /// The first matcher predicted 0.70.
 const PREDICTED: Promise = Promise::as_asked(Bounds::at_least(0.6));
 /// The first matcher's error.
@@ -209,7 +213,10 @@ fn odd_and_even_photographs_give_the_same_disparity() {
         "{share:.4} known to {WELL_KNOWN_PX} px; the best known differ by {difference:.4} px; within 1 and 2 sigma: {within:.3?}"
     );
     assert!(difference <= BEST_KNOWN_DIFFERENCE_PX, "{difference}");
-    assert!(within[0] >= WITHIN_1_AND_2[0] && within[1] >= WITHIN_1_AND_2[1]);
+    let mut figures = Figures::default();
+    figures.check("differences within 1 sigma", WITHIN_1, within[0]);
+    figures.check("differences within 2 sigma", WITHIN_2, within[1]);
+    figures.finish();
 }
 
 #[test]

@@ -15,9 +15,7 @@ use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_matcher::evaluate::match_halves;
 use epirig_matcher::surface::{Geometry, ScaleSigma, Steps, StepsOptions, TrendKind, find_steps, heights};
-use epirig_matcher::{
-    LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume,
-};
+use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Bands, Optics, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError, Texture};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -132,8 +130,8 @@ fn one_rig(seed: u64) -> Normalised {
         });
     let heights = heights(geometry, &cut(&maps.disparity), &cut(&maps.sigma)).unwrap();
     // As `surface` takes them.
-    let steps = StepsOptions::for_window(TrendKind::Quadric, LEAST_EQUAL_WINDOW_PX)
-        .with_grown_window(LARGEST_GROWN_WINDOW_PX);
+    let steps =
+        StepsOptions::for_window(TrendKind::Quadric, EQUAL_DISCS_PX).with_grown_window(GROWN_DISCS_PX);
     let halves = halves.map(|half| heights.of_half(&half.map(cut)));
     let Steps { depth, budget, .. } = find_steps(&heights, Some(&halves), &steps).unwrap();
     let freedom = depth.degrees_of_freedom.unwrap();

@@ -15,7 +15,7 @@ use epirig_matcher::surface::{Geometry, heights};
 use epirig_matcher::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Bands, HandBoard, Scene, Sensor, Simulator, SimulatorConfig, StepError};
 
-/// The matcher's largest window is 5 px wide, and a wall 1.3 px.
+/// Half of a wall of 1.3 px, and of the smallest discs' 5 px.
 const MARGIN_PX: usize = 3;
 const FRAMES: usize = 21;
 const EXTRAS: Extras = Extras { dark: 8, flat: 16, board: 12 };
@@ -41,12 +41,14 @@ struct Nuisance {
     put: fn(&mut SimulatorConfig),
 }
 
-const NUISANCES: [Nuisance; 10] = [
+const NUISANCES: [Nuisance; 12] = [
     Nuisance { words: "roll 0.7 deg", put: |config| config.optics.roll_rad = 0.7_f64.to_radians() },
     Nuisance { words: "pan 0.4 deg", put: |config| config.optics.pan_rad = 0.4_f64.to_radians() },
     Nuisance { words: "distortion k1 -0.02", put: |config| config.optics.distortion.k1 = -0.02 },
     Nuisance { words: "vignetting 18 %", put: |config| config.optics.vignetting = 0.18 },
     Nuisance { words: "flicker 0.3 %", put: |config| config.flicker = 0.003 },
+    Nuisance { words: "drift of the lamp 3 %", put: |config| config.drift = 0.03 },
+    Nuisance { words: "highlight 12 DN", put: |config| config.highlight = 12.0 / 255.0 },
     Nuisance {
         words: "step error 5 um",
         put: |config| config.step_error = StepError { sigma_um: 5.0, seed: 1 },

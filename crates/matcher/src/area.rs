@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::maps::{Answer, DisparityMaps};
-use super::options::{LARGEST_FIT_WINDOW_PX, MatchError, MatchOptions, Surfaces};
+use super::options::{MatchError, MatchOptions};
 use epirig_core::grid::Grid;
 
 /// The part of the picture that is matched.
@@ -103,17 +103,14 @@ impl Area {
     }
 }
 
-/// How far beyond a pixel lies what influences its answer, in px: the widest window of the fit around it, those
-/// around the pixels in that window, whose planes tell which of them belong together, and the search's window
-/// around these. Half-widths of the search's window count twice, because windows may lie to one side.
+/// How far beyond a pixel lies what influences its answer, in px: the largest disc around it, those
+/// around the pixels in that disc, as the second step starts from what they found, and the search's
+/// window around these. Half-widths of the search's window count twice, because windows may lie to
+/// one side.
 fn rim_px(options: &MatchOptions) -> usize {
     /// Radius of the largest disc, rounded up.
     const LARGEST_DISC_PX: usize = 58;
-    let fit = match options.surfaces {
-        Surfaces::Windows => LARGEST_FIT_WINDOW_PX / 2,
-        Surfaces::Lines => LARGEST_DISC_PX,
-    };
-    2 * fit + options.window_px
+    2 * LARGEST_DISC_PX + options.window_px
 }
 
 /// From the first to the last of some places; `None` without any.
@@ -135,11 +132,11 @@ mod tests {
     fn the_area_holds_the_mask_and_its_rim() {
         let options = MatchOptions::default();
         let rim = rim_px(&options);
-        let mask = inside(200, 300, |x, y| (x, y) == (101, 90) || (x, y) == (150, 111));
-        let area = Area::new(&mask, (200, 300), &options).unwrap();
-        assert!(area.rows.start <= 90 - rim && area.rows.start >= 90 - rim - 1, "{:?}", area.rows);
-        assert!(area.rows.end > 111 + rim && area.rows.end <= 111 + rim + 2, "{:?}", area.rows);
-        assert!(area.columns.start <= 101 - rim && area.columns.end > 150 + rim, "{:?}", area.columns);
+        let mask = inside(400, 500, |x, y| (x, y) == (201, 190) || (x, y) == (250, 211));
+        let area = Area::new(&mask, (400, 500), &options).unwrap();
+        assert!(area.rows.start <= 190 - rim && area.rows.start >= 190 - rim - 1, "{:?}", area.rows);
+        assert!(area.rows.end > 211 + rim && area.rows.end <= 211 + rim + 2, "{:?}", area.rows);
+        assert!(area.columns.start <= 201 - rim && area.columns.end > 250 + rim, "{:?}", area.columns);
         assert_eq!((area.rows.start % 2, area.columns.start % 2), (0, 0));
         // At the borders it ends.
         let all = Area::new(&inside(9, 11, |_, _| true), (9, 11), &options).unwrap();

@@ -2,12 +2,14 @@
 
 mod area;
 pub mod candidates;
+mod changing_light;
 pub mod comparison;
 mod contrast;
 pub mod cost;
 mod edge_refinement;
 pub mod evaluate;
 pub mod interpolation;
+mod light_change;
 mod linear_epi;
 pub mod lines;
 mod locking;
@@ -27,11 +29,12 @@ mod window_sums;
 mod winner;
 
 pub use candidates::DisparityRange;
+pub use light_change::LightChange;
 pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
-pub use matcher::{EqualWindows, Matcher, match_volume};
+pub use matcher::{EqualDiscs, Matcher, match_volume};
 pub use options::{
-    Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchError, MatchOptions,
-    Method, Occlusion, OrderingConstraint, ReferenceFrame, Search, Surfaces,
+    EQUAL_DISCS_PX, Effort, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
+    OrderingConstraint, ReferenceFrame, Search,
 };
 pub use profile::line_profile;

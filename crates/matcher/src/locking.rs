@@ -59,17 +59,12 @@ pub struct PixelLocking {
     pub locked_px: Option<(f64, f64)>,
 }
 
-/// A bias counts from this share of the wanted sigma on.
-const NOTICEABLE: f64 = 0.1;
+/// A bias counts from here on, in px: a twentieth of the accuracy that is wanted of single pixels.
+const NOTICEABLE_PX: f64 = 0.0005;
 
 impl PixelLocking {
-    /// Summary over answered pixels, given as disparity, sigma and predicted bias in px. An infinite wanted
-    /// sigma means that none was given.
-    pub(super) fn of(
-        amplitudes: LockingAmplitudes,
-        pixels: impl Iterator<Item = [f32; 3]>,
-        wanted_sigma_px: f64,
-    ) -> Self {
+    /// Summary over answered pixels, given as disparity and predicted bias in px.
+    pub(super) fn of(amplitudes: LockingAmplitudes, pixels: impl Iterator<Item = [f32; 2]>) -> Self {
         let mut sum = Self {
             amplitudes,
             worst_bias_px: 0.0,
@@ -79,15 +74,13 @@ impl PixelLocking {
         };
         let (mut count, mut locked) = (0_usize, 0_usize);
         for pixel in pixels {
-            let [disparity, sigma, bias] = pixel.map(f64::from);
+            let [disparity, bias] = pixel.map(f64::from);
             count += 1;
             if bias.abs() > sum.worst_bias_px.abs() {
                 sum.worst_bias_px = bias;
                 sum.worst_disparity_px = Some(disparity);
             }
-            // Of the sigma the bias is a part.
-            let limit = if wanted_sigma_px.is_finite() { wanted_sigma_px } else { sigma };
-            if bias.abs() > NOTICEABLE * limit {
+            if bias.abs() > NOTICEABLE_PX {
                 locked += 1;
                 let (low, high) = sum.locked_px.unwrap_or((disparity, disparity));
                 sum.locked_px = Some((low.min(disparity), high.max(disparity)));
@@ -172,16 +165,12 @@ mod tests {
             aliasing_sigma_px: 0.0,
         };
         let amplitudes = LockingAmplitudes { harmonics: [none; LOCKING_HARMONICS], from_lines: true };
-        let pixels = [[3.0, 0.01, 0.0], [7.0, 0.02, -0.0015], [5.0, 0.01, 0.0011], [9.0, 0.01, 0.0004]];
-        let sum = |wanted: f64| PixelLocking::of(amplitudes, pixels.into_iter(), wanted);
-        // More than 0.0005 px, or than a tenth of the pixel's own sigma.
-        let wanted = sum(0.005);
-        assert_eq!((wanted.share_locked, wanted.locked_px), (0.5, Some((5.0, 7.0))));
-        assert_eq!(wanted.worst_disparity_px, Some(7.0));
-        assert!((wanted.worst_bias_px + 0.0015).abs() < 1e-9);
-        let own = sum(f64::INFINITY);
-        assert_eq!((own.share_locked, own.locked_px), (0.25, Some((5.0, 5.0))));
-        let nothing = PixelLocking::of(amplitudes, pixels.into_iter().take(1), 0.005);
+        let pixels = [[3.0, 0.0], [7.0, -0.0015], [5.0, 0.0011], [9.0, 0.0004]];
+        let found = PixelLocking::of(amplitudes, pixels.into_iter());
+        assert_eq!((found.share_locked, found.locked_px), (0.5, Some((5.0, 7.0))));
+        assert_eq!(found.worst_disparity_px, Some(7.0));
+        assert!((found.worst_bias_px + 0.0015).abs() < 1e-9);
+        let nothing = PixelLocking::of(amplitudes, pixels.into_iter().take(1));
         assert_eq!((nothing.worst_bias_px, nothing.worst_disparity_px, nothing.locked_px), (0.0, None, None));
     }
 }

@@ -1,6 +1,7 @@
 //! The result of a match: maps of disparity, sigma, cost, confidence and the kind of answer.
 
 use super::candidates::DisparityRange;
+use super::light_change::LightChange;
 use super::locking::PixelLocking;
 use epirig_core::grid::Grid;
 
@@ -62,6 +63,8 @@ pub struct DisparityMaps {
     /// The effect of pixel locking; its bias is a part of each sigma. `None` if nothing was fitted, or too
     /// few frames, rows or points show it.
     pub locking: Option<PixelLocking>,
+    /// How the light changed, which is taken off; `None` if nothing was fitted or nothing shows it.
+    pub light: Option<LightChange>,
 }
 
 impl DisparityMaps {

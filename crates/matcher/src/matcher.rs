@@ -6,18 +6,17 @@ use tracing::{debug, debug_span};
 use super::area::Area;
 use super::candidates::Candidates;
 use super::candidates::DisparityRange;
+use super::changing_light::changes_much;
 use super::cost::{Band, CostTable, band_costs};
 use super::edge_refinement::refine_edges;
 use super::lines::{Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{
-    Effort, LEAST_EQUAL_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Surfaces,
-};
+use super::options::{Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Search};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
-use super::refine::{Fit, FitResult, fit};
+use super::refine::{Fit, FitResult, Sizes, fit};
 use super::search::{Searched, Task, search};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
@@ -96,32 +95,28 @@ impl Matcher {
         })
     }
 
-    /// The pixels that `maps` answers, by windows of one size: that of the fit in the options, or
-    /// [`LEAST_EQUAL_WINDOW_PX`].
+    /// The pixels that `maps` answers, by planes in discs of one size.
     ///
-    /// Windows that grow with the noise see a wall from as far as they reach, which differs from pixel to pixel.
-    /// These see it from half a window, so a mean over many pixels farther away is right, although each pixel
-    /// has more noise.
-    pub fn in_equal_windows(&self, maps: &DisparityMaps, progress: &dyn Progress) -> EqualWindows {
+    /// Discs that grow with the noise see a wall from as far as they reach, which differs from
+    /// pixel to pixel. These see it from 2 px, so a mean over many pixels farther away is right,
+    /// although each pixel has more noise.
+    pub fn in_equal_discs(&self, maps: &DisparityMaps, progress: &dyn Progress) -> EqualDiscs {
         let Self { volume, options, area } = self;
         let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
         let rows = area.as_ref().map_or(0..volume.rows(), |area| area.rows.clone());
         let answers = maps.disparity.cropped(0..volume.columns(), rows);
         let equal = Fit {
-            surfaces: Surfaces::Windows,
-            window_px: options.refine_window_px.max(LEAST_EQUAL_WINDOW_PX),
-            wanted_sigma_px: f64::INFINITY,
-            effort: Effort::Full,
+            sizes: Sizes::Equal,
             // Answers are near enough.
             steps: usize::from(options.refine),
             rule: seen_rule(volume, options, maps.ordering),
             deviation_share: None,
         };
-        progress.begin("refining in equal windows", volume.rows() as u64);
+        progress.begin("refining in equal discs", volume.rows() as u64);
         let found = fit(volume, &lines, answers, equal, || progress.advance(1));
         progress.end();
         let FitResult { disparity, sigma, locking_px: locking, .. } = found;
-        let found = EqualWindows { disparity, sigma, locking };
+        let found = EqualDiscs { disparity, sigma, locking };
         match area {
             Some(area) => found.map(|map| area.spread(map, f32::NAN)),
             None => found,
@@ -159,9 +154,9 @@ impl Matcher {
     }
 }
 
-/// Maps by windows of one size, in px over the whole baseline; rows x columns.
+/// Maps by discs of one size, in px over the whole baseline; rows x columns.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EqualWindows {
+pub struct EqualDiscs {
     /// Disparity; NaN without an answer.
     pub disparity: Grid<f32>,
     /// Its standard deviation.
@@ -170,7 +165,7 @@ pub struct EqualWindows {
     pub locking: Option<Grid<f32>>,
 }
 
-impl EqualWindows {
+impl EqualDiscs {
     /// The maps that `change` makes of these.
     #[must_use]
     pub fn map(&self, change: impl Fn(&Grid<f32>) -> Grid<f32>) -> Self {
@@ -193,9 +188,18 @@ fn matched(
     let lines = Lines::new(volume.tau(), reference, volume.columns()).asking(asked.clone());
     let range_found = options.range.is_none();
     let quick = options.effort == Effort::Quick;
-    let halved = if quick { Halved::of(volume, &lines, options) } else { None };
+    // Light that changes much leads the variance astray. Normalised frames do not show it; they are
+    // for the search alone.
+    let normalised = (options.method == Method::Variance && changes_much(volume))
+        .then(|| locally_normalised(volume.clone(), NORMALISING_WINDOW_PX));
+    let searched_whole = normalised.as_ref().unwrap_or(volume);
+    // Correlations have windows that are too wide for half the resolution.
+    let may_be_halved = quick || options.search_used() == Search::Factorised;
+    let halved = if may_be_halved { Halved::of(searched_whole, &lines, options) } else { None };
     let minimum_frames = seen_rule(volume, options, OrderingUsed::On).minimum_frames;
-    let telling = halved.as_ref().and_then(|_| TellingFrames::of(volume, reference, minimum_frames));
+    let telling_of = |volume: &Volume| TellingFrames::of(volume, reference, minimum_frames);
+    let telling = halved.as_ref().filter(|_| quick).and_then(|_| telling_of(volume));
+    let searched_telling = telling.as_ref().and(normalised.as_ref()).and_then(telling_of);
     let (volume, lines, minimum_frames) = match &telling {
         Some(some) => {
             let lines = Lines::new(some.volume.tau(), some.reference, some.volume.columns()).asking(asked);
@@ -203,12 +207,19 @@ fn matched(
         }
         None => (volume, lines, minimum_frames),
     };
+    let searched_in = match (&searched_telling, &normalised) {
+        (Some(some), _) => &some.volume,
+        (None, Some(normalised)) => normalised,
+        (None, None) => volume,
+    };
     // Half the resolution shows which disparities occur, but not whether narrow objects occlude others.
     let options = &match (&halved, options.range) {
         (Some(halved), None) => MatchOptions { range: halved.range(progress), ..options.clone() },
         _ => options.clone(),
     };
-    let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
+    let (range, ordering) = range_and_ordering(searched_in, &lines, options, progress)?;
+    // Narrow objects that occlude others are not seen at half the resolution.
+    let halved = halved.filter(|_| quick || ordering == OrderingUsed::On);
     let candidates = Candidates::covering(range, options.disparity_step_px);
     options.check_search(&candidates)?;
     let rule = SeenRule { minimum_frames, ..seen_rule(volume, options, ordering) };
@@ -226,7 +237,7 @@ fn matched(
     );
     let pass = debug_span!("search").entered();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
-    let task = Task { volume, lines: &lines, range, ordering, rule, options };
+    let task = Task { volume: searched_in, lines: &lines, range, ordering, rule, options };
     let Searched { mut guess, cost, confidence, answer: searched, deviation_share } = {
         let searched = match &halved {
             None => search(task, progress),
@@ -247,16 +258,18 @@ fn matched(
     drop(pass);
     let steps = match (&halved, options.refine) {
         (_, false) => 0,
-        // One was taken at half the resolution.
-        (Some(_), true) => FIT_STEPS - 1,
+        // One was taken at half the resolution, of the same frames.
+        (Some(_), true) if normalised.is_none() => FIT_STEPS - 1,
+        (Some(_), true) => FIT_STEPS,
         (None, true) => FIT_STEPS,
     };
     drop(halved);
     let fit_options = Fit {
-        surfaces: options.surfaces,
-        window_px: options.refine_window_px,
-        wanted_sigma_px: options.wanted_sigma_px,
-        effort: options.effort,
+        sizes: match options.effort {
+            Effort::Quick => Sizes::Two,
+            Effort::Full if options.wanted_sigma_px.is_infinite() => Sizes::Equal,
+            Effort::Full => Sizes::Growing { wanted_sigma_px: options.wanted_sigma_px },
+        },
         steps,
         rule,
         deviation_share,
@@ -264,7 +277,7 @@ fn matched(
     let pass = debug_span!("fit").entered();
     progress.begin("refining", (rows * steps.max(1)) as u64);
     let found = fit(volume, &lines, guess, fit_options, || progress.advance(1));
-    let FitResult { disparity, sigma, outliers, locking_px, locking } = found;
+    let FitResult { disparity, sigma, outliers, locking_px, locking, light } = found;
     progress.end();
     debug!(steps, pixel_locking = locking_px.is_some(), "fitted");
     drop(pass);
@@ -280,6 +293,7 @@ fn matched(
         range_found,
         ordering,
         locking: None,
+        light,
     };
     Verdicts { range, ordering, options }.pass(&mut maps, outliers.as_ref());
     if let Some(area) = area {
@@ -287,13 +301,11 @@ fn matched(
     }
     // Without a significant bias, none is the worst.
     let answered = locking_px.iter().flat_map(|locking_px| {
-        let pixels = maps.disparity.values().iter().zip(maps.sigma.values()).zip(locking_px.values());
+        let pixels = maps.disparity.values().iter().zip(locking_px.values());
         let pixels = pixels.zip(maps.answer.values()).filter(|(_, answer)| **answer == Answer::Found);
-        pixels.map(|(((disparity, sigma), bias), _)| [*disparity, *sigma, *bias])
+        pixels.map(|((disparity, bias), _)| [*disparity, *bias])
     });
-    // Windows that do not grow have no wanted sigma.
-    let wanted_sigma_px = if quick { f64::INFINITY } else { options.wanted_sigma_px };
-    maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered, wanted_sigma_px));
+    maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered));
     Ok(maps)
 }
 

@@ -66,13 +66,13 @@ epirig_core::choices! {
 /// How much work is done for a disparity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// The most accurate: every pixel is searched by itself, and the windows of the fit follow the surface.
+    /// The most accurate: every pixel is searched by itself, and the fit has the whole model.
     Full,
-    /// A first look, in less than a third of the time. Candidates are searched at half the resolution, with
-    /// the costs and confidences of that resolution. The fit takes windows of one size and, of a hundred
-    /// frames or more, the half that tells most. Sigma covers that, except for relief that is finer than the
-    /// windows. Objects narrower than some 20 px may be missed. Frames too small to be halved are searched as
-    /// they are.
+    /// A first look, in less than a third of the time. Candidates are searched at half the
+    /// resolution, with the costs and confidences of that resolution. The fit looks for edges in
+    /// small discs only and, of a hundred frames or more, asks the half that tells most. Objects
+    /// narrower than some 20 px may be missed. Frames too small to be halved are searched as they
+    /// are.
     Quick,
 }
 
@@ -104,19 +104,6 @@ epirig_core::choices! {
 }
 
 epirig_core::choices! {
-    /// How the fit joins the observations of pixels to a surface.
-    pub enum Surfaces {
-        /// Windows along rows and columns that follow the surface.
-        Windows = "windows",
-        /// Planes, and planes with one line through them, in discs: for hollows at any angle to rows.
-        ///
-        /// These have a third to a half of the error that windows leave where they are turned. Sigma is up to a
-        /// fifth too large on planes, and the largest error at sharp creases exceeds that of windows.
-        Lines = "lines",
-    }
-}
-
-epirig_core::choices! {
     /// Whether points may be occluded in part of the sequence.
     pub enum Occlusion {
         /// Nothing is occluded: all frames that contain the candidate count.
@@ -137,21 +124,13 @@ const LARGEST_SEARCH: usize = 30_000;
 /// The widest window of the costs, in px.
 pub const LARGEST_WINDOW_PX: usize = 31;
 
-/// The widest window of the fit, in px.
-pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;
+/// Side of a square that sees as far as discs of one size do, in px. With larger ones a mean over
+/// many pixels is known a tenth better, but they see walls from a pixel farther.
+pub const EQUAL_DISCS_PX: usize = 5;
 
-/// Least side of windows that are all of one size, in px. With windows of 7 px a mean over many pixels is known a tenth
-/// better, but they see walls from a pixel farther. Windows of 3 px do not always tell narrow hollows from noise of
-/// 2.5 DN.
-pub const LEAST_EQUAL_WINDOW_PX: usize = 5;
-
-/// Side to which the windows of the fit grow where texture is weak, in px; on surfaces that show no relief
-/// they grow up to 21 px.
-pub const LARGEST_GROWN_WINDOW_PX: usize = 11;
-
-/// Side of the fit's window for a first look, in px: it makes hollows 12 px wide a hundredth shallower, and a
-/// window of 7 px five hundredths.
-const QUICK_FIT_WINDOW_PX: usize = 5;
+/// The same of discs that grow: what noise hides from them they see from this far at most, where
+/// surfaces have relief.
+pub const GROWN_DISCS_PX: usize = 11;
 
 /// Everything that a caller may choose of the matcher.
 #[derive(Debug, Clone, PartialEq)]
@@ -185,11 +164,8 @@ pub struct MatchOptions {
     /// the parabola through three costs does, as far as half the disparity step. The fit presumes equal
     /// intensities, as `Method::Variance` does and `Method::Normalised` brings about.
     pub refine: bool,
-    /// How the fit joins observations.
-    pub surfaces: Surfaces,
-    /// Side of the smallest window of the fit, in px, odd, 1 to 21; with [`Surfaces::Windows`].
-    pub refine_window_px: usize,
-    /// The fit's window or disc grows where it leaves a larger sigma than this, in px; infinite: none does. With [`Effort::Quick`] they always are.
+    /// The discs of the fit grow where they leave a larger sigma than this, in px; infinite: all
+    /// have one small size. With [`Effort::Quick`] none grows.
     pub wanted_sigma_px: f64,
     /// A pixel whose sigma exceeds this has no answer, in px.
     pub maximum_sigma_px: f64,
@@ -220,9 +196,7 @@ impl MatchOptions {
             occlusion: Occlusion::Automatic,
             ordering_constraint: OrderingConstraint::Automatic,
             refine: method.compares_intensities(),
-            surfaces: Surfaces::Windows,
-            refine_window_px: 3,
-            wanted_sigma_px: 0.005,
+            wanted_sigma_px: 0.003,
             maximum_sigma_px: 3.0,
             minimum_confidence: 0.03,
         }
@@ -326,9 +300,9 @@ pub enum MatchError {
 }
 
 impl MatchOptions {
-    /// The same with [`Effort::Quick`], and with a window of the fit that serves where none grows.
+    /// The same with [`Effort::Quick`].
     pub fn quick(self) -> Self {
-        Self { effort: Effort::Quick, refine_window_px: QUICK_FIT_WINDOW_PX, ..self }
+        Self { effort: Effort::Quick, ..self }
     }
 
     /// Index of the reference frame in `volume`.
@@ -370,9 +344,6 @@ impl MatchOptions {
         let bad = |option, value, expected| Err(MatchError::BadOption { option, value, expected });
         if !allowed(self.window_px) {
             return bad("the window", self.window_px as f64, odd);
-        }
-        if !allowed(self.refine_window_px) || self.refine_window_px > LARGEST_FIT_WINDOW_PX {
-            return bad("the window of the fit", self.refine_window_px as f64, "odd, from 1 to 21");
         }
         if columns < self.window_px + 4 {
             return bad("the window", self.window_px as f64, "narrower than the images by 4 px");

@@ -68,6 +68,7 @@ mod tests {
             range_found: true,
             ordering: OrderingUsed::On,
             locking: None,
+            light: None,
         }
     }
 

@@ -246,5 +246,8 @@ fn quality(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
         };
         rows.push(("pixel locking", words.into()));
     }
+    if let Some(light) = matched.light.and_then(|light| light.in_words()) {
+        rows.push(("light that changed, taken off", light.into()));
+    }
     rows
 }

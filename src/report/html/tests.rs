@@ -84,7 +84,7 @@ impl Records {
         let settings = json!({
             "method": "variance", "window_px": 3, "search": "factorised", "quick": false, "semi_global": false,
             "interpolation": "linear", "disparity_step_px": 0.5, "minimum_visible": 0.5, "occlusion": "auto", "fit": true,
-            "fit_window_px": 5, "maximum_sigma_px": 1.0, "minimum_confidence": 0.1
+            "maximum_sigma_px": 1.0, "minimum_confidence": 0.1
         });
         Self {
             record: from(json!({

@@ -4,8 +4,9 @@ use epirig_core::progress::Silent;
 use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::match_halves;
 use epirig_matcher::surface::{Geometry, StepsOptions, TrendKind, find_extent, find_steps, heights};
-use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchOptions, match_volume};
+use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions, match_volume};
 
+use super::light::Light;
 use super::render::{Size, rendered};
 use super::scenes::{BASE_PX, Disparity, Scene, across, walled};
 use super::texture::Paint;
@@ -60,6 +61,7 @@ impl Hollows {
             noise_dn: 1.0,
             depth_px: Some(depth_px),
             rectified: false,
+            light: Light::Steady,
             seed: seed.wrapping_mul(7919),
         }
     }
@@ -107,8 +109,8 @@ fn measured(volume: &Volume, depth_px: f64, options: &MatchOptions) -> Measured 
     let middle = |pixels: usize| 0.5 * (pixels - 1) as f64;
     let geometry = Geometry::exact(FOCAL_PX, BASELINE_MM, (middle(volume.columns()), middle(volume.rows())));
     let heights = heights(geometry, &maps.disparity, &maps.sigma).ok_or("no heights")?;
-    let options = StepsOptions::for_window(TrendKind::Quadric, LEAST_EQUAL_WINDOW_PX)
-        .with_grown_window(LARGEST_GROWN_WINDOW_PX);
+    let options =
+        StepsOptions::for_window(TrendKind::Quadric, EQUAL_DISCS_PX).with_grown_window(GROWN_DISCS_PX);
     let extent = find_extent(&heights, None, (options.margin_px, options.rim_px()))
         .map_err(|error| error.to_string())?;
     let halves = halves.map(|half| heights.of_half(&half).only(&extent.used));

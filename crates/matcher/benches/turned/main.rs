@@ -1,12 +1,15 @@
 //! The error of the whole match on structures at any angle, with textures and seeds that nothing was tuned on.
 //!
-//! `cargo bench -p epirig-matcher --bench turned [-- --seed N] [--quick] [--lines]` prints a table in
-//! Markdown, a row for each scene: errors in px and in units of sigma, and the time. `--test` takes two small
-//! scenes. `--depths` prints another table: how well the depth of hollows is measured, by width, depth and shape.
+//! `cargo bench -p epirig-matcher --bench turned [-- --seed N] [--only TEXT] [--frames N]
+//! [--quick]` prints a table in Markdown, a row for each scene: errors in px and in units of sigma,
+//! and the time. `--only TEXT` takes the scenes whose names hold that, `--test` two small ones.
+//! `--depths` prints another table: how well the depth of hollows is measured, by width, depth and
+//! shape.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 
 mod depths;
+mod light;
 mod render;
 mod scenes;
 #[allow(dead_code, reason = "tests use the figures")]
@@ -16,7 +19,7 @@ mod texture;
 use std::time::Instant;
 
 use epirig_core::progress::Silent;
-use epirig_matcher::{MatchOptions, ReferenceFrame, Surfaces, match_volume};
+use epirig_matcher::{MatchOptions, ReferenceFrame, match_volume};
 use render::{Size, rendered};
 use scenes::scenes;
 use score::Score;
@@ -27,19 +30,22 @@ const MOST_PX: f64 = 0.05;
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let given = |name: &str| arguments.iter().any(|argument| argument == name);
-    let place = arguments.iter().position(|argument| argument == "--seed");
-    let seed = place.map_or(1, |place| arguments[place + 1].parse().unwrap());
+    let after =
+        |name: &str| arguments.iter().position(|argument| argument == name).map(|at| &arguments[at + 1]);
+    let seed = after("--seed").map_or(1, |seed| seed.parse().unwrap());
+    let frames = after("--frames").map_or(51, |frames| frames.parse().unwrap());
     let is_test = given("--test");
-    let size = if is_test { Size { side_px: 64, frames: 15 } } else { Size { side_px: 256, frames: 51 } };
-    let surfaces = if given("--lines") { Surfaces::Lines } else { Surfaces::Windows };
-    let options = MatchOptions { reference: ReferenceFrame::Middle, surfaces, ..MatchOptions::default() };
+    let size = if is_test { Size { side_px: 64, frames: 15 } } else { Size { side_px: 256, frames } };
+    let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
     let options = if given("--quick") { options.quick() } else { options };
     if given("--depths") {
         depths::print_table(seed, size, &options);
         return;
     }
     println!("{}", Score::HEAD);
-    for scene in scenes(seed).into_iter().take(if is_test { 2 } else { usize::MAX }) {
+    let only = after("--only").map_or("", String::as_str);
+    let asked = scenes(seed).into_iter().filter(|scene| scene.name.contains(only));
+    for scene in asked.take(if is_test { 2 } else { usize::MAX }) {
         let volume = rendered(&scene, size);
         let begun = Instant::now();
         let maps = match_volume(&volume, &options, &Silent).unwrap();

@@ -95,12 +95,14 @@ fn frame(
     }
     let mut random = ChaCha8Rng::seed_from_u64(scene.seed ^ (t + 1) << 32);
     let noise = Normal::new(0.0, scene.noise_dn).unwrap();
+    let shown = scene.light.of_frame(scene.seed, t, offset);
     let mut counts = Vec::with_capacity(side_px * side_px);
     for y in 0..side_px {
         for x in 0..side_px {
             let light: f64 =
                 (0..down.len()).map(|index| down[index] * narrowed[(y * DOWN + index) * side_px + x]).sum();
-            let dn = DARK_DN + (LIGHT_DN - DARK_DN) * light + noise.sample(&mut random);
+            let dn = DARK_DN + (LIGHT_DN - DARK_DN) * light;
+            let dn = shown.on(dn, x as f64 - middle, y as f64 - middle) + noise.sample(&mut random);
             counts.push(dn.round().clamp(0.0, 255.0) as u8);
         }
     }

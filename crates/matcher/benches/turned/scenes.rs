@@ -1,5 +1,6 @@
 //! Surfaces with their disparity in closed form.
 
+use super::light::Light;
 use super::texture::Paint;
 
 /// A point's disparity in px over the whole baseline, at column and row (in px from the middle of the frame
@@ -16,6 +17,7 @@ pub(super) struct Scene {
     pub(super) depth_px: Option<f64>,
     /// Whether the camera is turned, and its frames are rectified.
     pub(super) rectified: bool,
+    pub(super) light: Light,
     pub(super) seed: u64,
 }
 
@@ -82,6 +84,20 @@ fn grooves(degrees: f64) -> Disparity {
     })
 }
 
+/// Grooves 3 px wide, 17 px apart.
+fn narrow_grooves(degrees: f64) -> Disparity {
+    let across = across(degrees);
+    Box::new(move |x, y| {
+        let from_middle = (across(x, y) + 6.1).rem_euclid(17.0) - 8.5;
+        BASE_PX - 0.1 * walled(1.5 - from_middle.abs())
+    })
+}
+
+/// Curved alike everywhere, 3e-4 px per px^2.
+fn dome() -> Disparity {
+    Box::new(|x, y| BASE_PX - 1.5e-4 * (x * x + y * y))
+}
+
 fn plane() -> Disparity {
     Box::new(|x, y| BASE_PX + 0.01 * x - 0.006 * y)
 }
@@ -92,7 +108,7 @@ pub(super) fn scenes(seed: u64) -> Vec<Scene> {
     let mut add = |name: String, disparity: Disparity, paint: Paint, noise_dn: f64, depth_px: Option<f64>| {
         let seed = seed.wrapping_mul(1000) + all.len() as u64;
         let rectified = name.ends_with("rectified");
-        all.push(Scene { name, disparity, paint, noise_dn, depth_px, rectified, seed });
+        all.push(Scene { name, disparity, paint, noise_dn, depth_px, rectified, light: Light::Steady, seed });
     };
     for degrees in [0.0, 17.0, 33.0, 45.0, 60.0, 90.0] {
         add(format!("stripes 0.1 px, {degrees} deg"), stripes(degrees, 0.1), Paint::Grains, 1.0, Some(0.1));
@@ -115,6 +131,11 @@ pub(super) fn scenes(seed: u64) -> Vec<Scene> {
     add("bumps".to_owned(), bumps(), Paint::Grains, 1.0, None);
     add("checks 14 px, 33 deg".to_owned(), checks(33.0), Paint::Grains, 1.0, Some(0.1));
     add("grooves 4 px, 33 deg".to_owned(), grooves(33.0), Paint::Grains, 1.0, Some(0.1));
+    add("grooves 3 px, 30 deg".to_owned(), narrow_grooves(30.0), Paint::Grains, 1.0, Some(0.1));
+    add("grooves 3 px, 30 deg, noise 0.3 DN".to_owned(), narrow_grooves(30.0), Paint::Grains, 0.3, Some(0.1));
+    for noise_dn in [1.0, 3.0] {
+        add(format!("dome, noise {noise_dn} DN"), dome(), Paint::Grains, noise_dn, None);
+    }
     for (noise_dn, paint) in [(1.0, Paint::Grains), (3.0, Paint::Grains), (1.0, Paint::Cells)] {
         let texture = if paint == Paint::Cells { ", cells" } else { "" };
         add(format!("plane, noise {noise_dn} DN{texture}"), plane(), paint, noise_dn, None);
@@ -124,5 +145,34 @@ pub(super) fn scenes(seed: u64) -> Vec<Scene> {
     }
     let name = "stripes 0.1 px, 33 deg, rectified".to_owned();
     add(name, stripes(33.0, 0.1), Paint::Grains, 1.0, Some(0.1));
+    all.extend(in_changing_light(seed));
     all
+}
+
+/// A plane, and stripes, with one texture in all kinds of light.
+fn in_changing_light(seed: u64) -> Vec<Scene> {
+    let lights = [
+        ("steady light", Light::Steady),
+        ("ramp 2 %", Light::Ramp(0.02)),
+        ("ramp 20 %", Light::Ramp(0.2)),
+        ("ramp 50 %", Light::Ramp(0.5)),
+        ("walk 1 %", Light::Walk(0.01)),
+        ("flicker 1 %", Light::Flicker(0.01)),
+        ("shading 5 %", Light::Shading(0.05)),
+        ("highlight 2 DN", Light::Highlight(2.0)),
+        ("highlight 12 DN", Light::Highlight(12.0)),
+    ];
+    let scene = |(name, light): (&str, Light), structure: &str, disparity: Disparity, depth_px| Scene {
+        name: format!("{structure}, {name}"),
+        disparity,
+        paint: Paint::Grains,
+        noise_dn: 1.0,
+        depth_px,
+        rectified: false,
+        light,
+        seed: seed.wrapping_mul(1000) + 500,
+    };
+    let planes = lights.map(|light| scene(light, "plane", plane(), None));
+    let striped = lights.map(|light| scene(light, "stripes 0.1 px, 33 deg", stripes(33.0, 0.1), Some(0.1)));
+    planes.into_iter().chain(striped).collect()
 }

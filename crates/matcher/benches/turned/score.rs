@@ -7,33 +7,43 @@ use epirig_matcher::DisparityMaps;
 const BORDER_PX: usize = 14;
 /// An answer farther off is wrong, not inaccurate, in px.
 const WRONG_PX: f64 = 0.5;
+/// A pixel lies beside an edge if the surface this far from it in two opposite directions, in px,
+/// deviates from a plane by more than this, in px.
+const BESIDE_PX: f64 = 4.0;
+const EDGE_PX: f64 = 0.01;
+/// Pixels beside edges, and all others.
+const PLACES: usize = 2;
 
 pub(super) struct Score {
     mean: f64,
     of_all: [f64; 2],
     wrong: f64,
     answered: f64,
-    within: [f64; 2],
+    /// Shares of the errors within one sigma and two: beside edges, and elsewhere.
+    within: [[f64; 2]; PLACES],
+    within_2_sigma: f64,
     /// Depth that was read over the true one.
     depth: Option<f64>,
 }
 
 impl Score {
-    pub(super) const HEAD: &'static str = "| scene | mean error, mpx | 99 % below | largest | wrong | answered | within 1 sigma | 2 sigma | depth read | s |\n\
+    pub(super) const HEAD: &'static str = "| scene | mean error, mpx | 99 % below | largest | wrong | answered | within 1/2 sigma beside edges, % | elsewhere | depth read | s |\n\
          | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |";
 
     pub(super) fn of(scene: &Scene, maps: &DisparityMaps) -> Self {
         let (rows, columns) = (maps.disparity.rows(), maps.disparity.columns());
         let (right, down) = (0.5 * (columns - 1) as f64, 0.5 * (rows - 1) as f64);
         let (mut errors, mut wrong, mut all) = (Vec::new(), 0, 0);
-        let mut within = [0; 2];
+        let mut within = [[0; 2]; PLACES];
+        let mut counts = [0; PLACES];
         // Regression of what was found on the truth.
         let mut pairs: Vec<(f64, f64)> = Vec::new();
         for (x, y) in
             (BORDER_PX..rows - BORDER_PX).flat_map(|y| (BORDER_PX..columns - BORDER_PX).map(move |x| (x, y)))
         {
             all += 1;
-            let truth = (scene.disparity)(x as f64 - right, y as f64 - down);
+            let place = (x as f64 - right, y as f64 - down);
+            let truth = (scene.disparity)(place.0, place.1);
             let (found, sigma) = (f64::from(maps.disparity.at(x, y)), f64::from(maps.sigma.at(x, y)));
             if !found.is_finite() {
                 continue;
@@ -43,7 +53,9 @@ impl Score {
                 wrong += 1;
                 continue;
             }
-            for (count, sigmas) in within.iter_mut().zip([1.0, 2.0]) {
+            let elsewhere = usize::from(!is_beside_an_edge(scene, place, truth));
+            counts[elsewhere] += 1;
+            for (count, sigmas) in within[elsewhere].iter_mut().zip([1.0, 2.0]) {
                 *count += usize::from(error <= sigmas * sigma);
             }
             errors.push(error);
@@ -62,7 +74,10 @@ impl Score {
             of_all: [at(0.99), at(1.0)],
             wrong: f64::from(wrong) / (count + f64::from(wrong)),
             answered: (count + f64::from(wrong)) / f64::from(all),
-            within: within.map(|within| within as f64 / count),
+            within: std::array::from_fn(|place| {
+                within[place].map(|within| within as f64 / counts[place] as f64)
+            }),
+            within_2_sigma: (within[0][1] + within[1][1]) as f64 / count,
             depth: scene.depth_px.map(|_| covariance / variance),
         }
     }
@@ -74,7 +89,7 @@ impl Score {
 
     /// Share of the errors within two sigma.
     pub(super) fn within_2_sigma(&self) -> f64 {
-        self.within[1]
+        self.within_2_sigma
     }
 
     /// Depth that was read over the true one; NaN without two levels.
@@ -88,6 +103,9 @@ impl Score {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let depth = self.depth.map_or(String::new(), percent);
         let [most, largest] = self.of_all;
+        let within = |[one, two]: [f64; 2]| {
+            if one.is_nan() { String::new() } else { format!("{:.0} / {:.0}", 100.0 * one, 100.0 * two) }
+        };
         format!(
             "| {name} | {} | {} | {} | {} | {} | {} | {} | {depth} | {seconds:.2} |",
             mpx(self.mean),
@@ -95,8 +113,18 @@ impl Score {
             mpx(largest),
             percent(self.wrong),
             percent(self.answered),
-            percent(self.within[0]),
-            percent(self.within[1]),
+            within(self.within[0]),
+            within(self.within[1]),
         )
     }
+}
+
+/// Whether a pixel, whose disparity is `truth`, lies beside an edge.
+fn is_beside_an_edge(scene: &Scene, (x, y): (f64, f64), truth: f64) -> bool {
+    [0.0_f64, 45.0, 90.0, 135.0].into_iter().any(|degrees| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let (across, down) = (BESIDE_PX * cosine, BESIDE_PX * sine);
+        let around = (scene.disparity)(x + across, y + down) + (scene.disparity)(x - across, y - down);
+        (0.5 * around - truth).abs() > EDGE_PX
+    })
 }

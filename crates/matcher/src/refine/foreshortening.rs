@@ -35,11 +35,10 @@ pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePl
             let (moment, weight, inverse) =
                 (observations.moment.row(y), observations.weight.row(y), observations.inverse.row(y));
             let disparity = map.disparity.row(y);
-            let noise = map.variance.row(y);
             let variance = observations.noise.row(y);
             let [mut numerator, mut denominator, mut information] = [0.0; 3];
             for (place, &drift) in drift.iter().enumerate() {
-                if drift != 0.0 && noise[place].is_finite() {
+                if drift != 0.0 {
                     let deviation = moment[place] - weight[place] * disparity[place];
                     numerator += f64::from(deviation * drift * inverse[place]);
                     denominator += f64::from(drift * drift * inverse[place]);
@@ -65,7 +64,7 @@ pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePl
 }
 
 /// Moments that a blur of variance 1 adds to row `y`: S g (p I_xx + q I_xy).
-fn drift_row(observations: &ObservationMaps, map: &SurfacePlanes, y: usize) -> Vec<f32> {
+pub(super) fn drift_row(observations: &ObservationMaps, map: &SurfacePlanes, y: usize) -> Vec<f32> {
     let (weight, gradient, curvature) =
         (observations.weight.row(y), observations.gradient.row(y), observations.curvature.row(y));
     let (first, last) = (y.saturating_sub(1), (y + 1).min(observations.rows() - 1));
@@ -114,13 +113,14 @@ mod tests {
         (14.0 * turned.sin() + y * crossed, 9.8 * turned.cos() - 0.12 * y * (0.4 * x).sin(), crossed)
     }
 
-    /// Observations on a surface whose slants are `scale` times the formula's, seen through a blur of
-    /// variance `blur`, with noise of `sigma` DN; and the true surface, unknown in the first and last row,
-    /// which have no neighbour on one side.
+    /// Observations on a surface whose slants are `scale` times the formula's, seen through a blur
+    /// of variance `blur`, with noise of `sigma` DN; and the true surface, flat in the first and
+    /// last row, which have no neighbour on one side.
     fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationMaps, SurfacePlanes) {
         let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
         observations.noise = Padded::filled(ROWS, COLUMNS, 1.0);
-        let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
+        let [disparity_map, slant_x, slant_y] = [(); 3].map(|()| Padded::filled(ROWS, COLUMNS, 0.0));
+        let mut map = SurfacePlanes { disparity: disparity_map, slant_x, slant_y };
         let mut random = ChaCha8Rng::seed_from_u64(11);
         for y in 0..ROWS {
             for x in 0..COLUMNS {
@@ -138,10 +138,9 @@ mod tests {
                 observations.gradient.row_mut(y)[place] = gradient as f32;
                 observations.curvature.row_mut(y)[place] = curvature as f32;
                 map.disparity.row_mut(y)[place] = (scale * disparity(column, row)) as f32;
-                map.slant_x.row_mut(y)[place] = (scale * p) as f32;
-                map.slant_y.row_mut(y)[place] = (scale * q) as f32;
                 if y > 0 && y + 1 < ROWS {
-                    map.variance.row_mut(y)[place] = 1e-6;
+                    map.slant_x.row_mut(y)[place] = (scale * p) as f32;
+                    map.slant_y.row_mut(y)[place] = (scale * q) as f32;
                 }
             }
         }

@@ -8,14 +8,13 @@ use rayon::prelude::*;
 
 use crate::linear_epi::LinearEpi;
 use crate::lines::Lines;
-use crate::options::Effort;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
-/// Rows that are looked at, spread over the image.
-const SAMPLED_ROWS: usize = 64;
-/// The same for a first look, if they hold enough points: a thousand leave less than a tenth of a percent.
-const SAMPLED_ROWS_OF_QUICK: usize = 16;
+/// Rows that are looked at, spread over the image, if they hold enough points: a thousand leave
+/// less than a tenth of a percent. Else so many more are.
+const SAMPLED_ROWS: usize = 16;
+const MORE_ROWS: usize = 64;
 const ENOUGH_POINTS: usize = 1000;
 /// Only every n-th column is used: nearer ones show the same texture.
 const COLUMN_STEP: usize = 4;
@@ -32,27 +31,23 @@ const FAR_SIGMAS: f32 = 2.0;
 /// Gains that vary by less than this (RMS) are left as they are: of 100 DN that is a fifth of a DN, less than
 /// quantisation leaves of a single pixel.
 const LEAST_VARIATION: f32 = 0.002;
-/// Gains beyond this factor are no light that photometry has left.
-const LARGEST: f32 = 1.25;
+/// Gains beyond this factor are no light that lines tell.
+const LARGEST: f32 = 2.0;
 /// Gains that are no more than chance have a mean squared deviation of one variance; with some ten frames
 /// chance seldom makes it four.
 const SIGNIFICANT: f32 = 4.0;
 
 /// One over the gain of each frame; `None` if they are all alike, as far as chance lets tell.
-pub(super) fn corrections(
-    volume: &Volume,
-    lines: &Lines,
-    guess: &Grid<f32>,
-    effort: Effort,
-) -> Option<Vec<f32>> {
+pub(super) fn corrections(volume: &Volume, lines: &Lines, guess: &Grid<f32>) -> Option<Vec<f32>> {
     let points_of = |rows: usize| -> Vec<Point> {
         let rows = volume.rows().min(rows);
         let row = |index| row_points(volume, lines, guess, (2 * index + 1) * volume.rows() / (2 * rows));
         (0..rows).into_par_iter().flat_map_iter(row).collect()
     };
-    let few = (effort == Effort::Quick).then(|| points_of(SAMPLED_ROWS_OF_QUICK));
-    let enough = few.filter(|points| points.len() >= ENOUGH_POINTS);
-    let mut points = enough.unwrap_or_else(|| points_of(SAMPLED_ROWS));
+    let mut points = points_of(SAMPLED_ROWS);
+    if points.len() < ENOUGH_POINTS {
+        points = points_of(MORE_ROWS);
+    }
     if points.len() < 4 * LEAST_POINTS {
         return None;
     }
@@ -139,7 +134,7 @@ mod tests {
     const DISPARITY_PX: f64 = 11.4;
 
     /// A texture with noise of 1 DN; frame t has the gain `gain(t)`. Two of three points are on wrong lines.
-    fn found(gain: impl Fn(usize) -> f64, effort: Effort) -> Option<Vec<f32>> {
+    fn found(gain: impl Fn(usize) -> f64) -> Option<Vec<f32>> {
         let tau = Tau::equidistant(FRAMES).unwrap();
         let lines = Lines::new(&tau, 0, COLUMNS);
         let mut random = ChaCha8Rng::seed_from_u64(3);
@@ -160,29 +155,26 @@ mod tests {
         {
             *value = (index % 7) as f32;
         }
-        corrections(&volume, &lines, &guess, effort)
+        corrections(&volume, &lines, &guess)
     }
 
     #[test]
     fn gains_of_frames_are_found() {
         let gain = |t: usize| 1.0 + 0.02 * (1.7 * t as f64).sin() + 0.001 * t as f64;
-        for effort in [Effort::Full, Effort::Quick] {
-            let found = found(gain, effort).unwrap();
-            // What all frames have in common is no matter.
-            let common =
-                found.iter().enumerate().map(|(t, one_over)| f64::from(*one_over) * gain(t)).sum::<f64>()
-                    / FRAMES as f64;
-            for (t, one_over) in found.iter().enumerate() {
-                let error = f64::from(*one_over) * gain(t) / common - 1.0;
-                // 1 % of noise at 600 points: 0.0004 for a mean, five times that.
-                assert!(error.abs() < 0.002, "{effort:?}, frame {t}: {error}");
-            }
+        let found = found(gain).unwrap();
+        // What all frames have in common is no matter.
+        let common =
+            found.iter().enumerate().map(|(t, one_over)| f64::from(*one_over) * gain(t)).sum::<f64>()
+                / FRAMES as f64;
+        for (t, one_over) in found.iter().enumerate() {
+            let error = f64::from(*one_over) * gain(t) / common - 1.0;
+            // 1 % of noise at 600 points: 0.0004 for a mean, five times that.
+            assert!(error.abs() < 0.002, "frame {t}: {error}");
         }
     }
 
     #[test]
     fn frames_that_are_alike_stay_as_they_are() {
-        assert_eq!(found(|_| 1.0, Effort::Full), None);
-        assert_eq!(found(|_| 1.0, Effort::Quick), None);
+        assert_eq!(found(|_| 1.0), None);
     }
 }

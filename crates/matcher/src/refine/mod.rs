@@ -11,49 +11,45 @@
 //!
 //! - Frames that do not see a point, because it has left the image or is occluded, are left out
 //!   (`visibility`).
+//! - Light that changes slowly is told from the surface and taken off (`light`), once as fields
+//!   over the image and once, after the first step, as a gain of each frame (`gains`).
 //! - The drift that slant gives to the blur is subtracted (`foreshortening`).
 //! - Pixels at rims go to the surface that has more of them (`mixed_pixels`).
-//! - Windows follow the surface (`adaptive_support`, `support`), or discs with lines through them do
-//!   (`lines_in_discs`).
+//! - In discs around each pixel the surface is a plane, or a plane with edges (`local_surface`).
 //!
-//! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix. For one pixel or
-//! an upright window that is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N
-//! sum of g^2)). Added to it is the variance of what supports smooth away, and of the disagreement of
-//! credible windows (`smoothing`).
+//! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix. For
+//! one pixel that is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 /
+//! (N sum of g^2)). Added to it is the variance of what discs smooth away, and of what discs of two
+//! sizes disagree by.
 
-mod adaptive_support;
-mod carried;
-mod creases;
 mod fit;
 mod foreshortening;
 mod gains;
 mod in_view;
-mod lines_in_discs;
+mod light;
+mod local_surface;
 mod locking;
 mod mixed_pixels;
 mod moments;
-mod neighbours;
 mod observations;
 mod outlier_test;
 mod padded;
 mod planes;
-mod smoothing;
 mod spline;
 mod steps;
-mod support;
 mod visibility;
-mod window_growth;
 
 use rayon::prelude::*;
 
+use super::light_change::LightChange;
 use super::lines::{Lines, SeenRule};
 use super::locking::LockingAmplitudes;
-use super::options::Surfaces;
-use adaptive_support::join_observations;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 pub use fit::Fit;
-use lines_in_discs::{Joined, Joining, joined as join_lines};
+use light::Drift;
+pub use local_surface::Sizes;
+use local_surface::{Joined, joined};
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use outlier_test::outliers_of_row;
 use padded::{PAD, Padded};
@@ -78,6 +74,8 @@ pub struct FitResult {
     /// Amplitudes of pixel locking; `None` if too few frames, rows or points show them, or nothing was
     /// fitted.
     pub locking: Option<LockingAmplitudes>,
+    /// How the light changed; `None` if nothing shows it.
+    pub light: Option<LightChange>,
 }
 
 /// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `report` is
@@ -104,12 +102,12 @@ pub fn fit(
     report: impl Fn() + Sync,
 ) -> FitResult {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let steps = Steps::new(volume, lines, &guess, options.rule, (options.effort, options.surfaces));
+    let mut steps = Steps::new(volume, lines, &guess, options.rule, options.sizes);
     let mut current = guess;
-    let mut share = None;
     for _ in 1..options.steps {
-        share = steps.take(&mut current, &report);
+        steps.take(&mut current, &report);
     }
+    steps.find_gains(&current);
     let turns = Turns::new();
     let minimum_frames = options.rule.minimum_frames;
     let (mut planes, sums) = steps.observations(&current, 1, |row| {
@@ -127,19 +125,12 @@ pub fn fit(
     });
     planes.forget_residuals();
     let origin = steps.origin;
-    let Joined { disparity: joined, variance, texture } = match options.surfaces {
-        Surfaces::Windows => {
-            let surface = join_observations(steps.level, &mut planes, &current, origin, Some(options));
-            Joined { disparity: surface.disparity, variance: surface.variance, texture: surface.texture }
-        }
-        Surfaces::Lines => {
-            let joining = Joining { effort: options.effort, share, wanted_sigma_px: options.wanted_sigma_px };
-            join_lines(steps.level, &mut planes, (&current, origin), options.steps > 0, joining)
-        }
-    };
+    let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
+    let supports = (options.sizes, least_texture);
+    let Joined { disparity: found, variance, texture, light } =
+        joined(steps.level, &mut planes, (&current, origin), options.steps > 0, supports);
     drop(planes);
     let amplitudes = Amplitudes::of(&sums);
-    let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
     let significant = amplitudes.as_ref().filter(|amplitudes| amplitudes.are_significant());
     let locking_px = significant.map(|amplitudes| {
         let prediction = Prediction::new(amplitudes, &turns, lines, extremes(&current));
@@ -158,7 +149,7 @@ pub fn fit(
     out.enumerate().for_each(|(y, (disparity, sigma))| {
         let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
         for x in 0..columns {
-            let (guess, found) = (disparity[x], row(&joined, x) + origin);
+            let (guess, found) = (disparity[x], row(&found, x) + origin);
             let bias = locking_px.as_ref().map_or(0.0, |biases| biases.row(y)[x]);
             let variance = row(&variance, x) + bias * bias;
             let textured = row(&texture, x) > least_texture && variance.is_finite();
@@ -172,7 +163,13 @@ pub fn fit(
         }
     });
     let locking = amplitudes.map(|amplitudes| amplitudes.stated());
-    FitResult { disparity, sigma, outliers, locking_px, locking }
+    let light = light.map(|Drift { dn, effect_px, significance }| LightChange {
+        frames: steps.variation_of_gains(),
+        drift_dn: dn,
+        effect_px,
+        significance,
+    });
+    FitResult { disparity, sigma, outliers, locking_px, locking, light }
 }
 
 /// The weight that noise of variance 1 alone makes on average, for points seen in all frames.

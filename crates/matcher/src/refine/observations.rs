@@ -30,10 +30,19 @@ pub(super) struct Observation {
     /// First and second derivative of the template along x, in DN per px and per px^2.
     pub(super) gradient: f32,
     pub(super) curvature: f32,
+    /// Mean intensity along the line, in DN.
+    pub(super) intensity: f32,
 }
 
-pub(super) const UNOBSERVED: Observation =
-    Observation { base: 0.0, weight: 0.0, moment: 0.0, variance: 0.0, gradient: 0.0, curvature: 0.0 };
+pub(super) const UNOBSERVED: Observation = Observation {
+    base: 0.0,
+    weight: 0.0,
+    moment: 0.0,
+    variance: 0.0,
+    gradient: 0.0,
+    curvature: 0.0,
+    intensity: 0.0,
+};
 
 /// Which frames count, and how far they are followed.
 #[derive(Debug, Clone, Copy)]
@@ -91,8 +100,12 @@ pub(super) fn row_observations(
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {
                 if served[lane] {
-                    observations[start + lane] =
-                        observation(&moments, lane, common, open[lane], frames.minimum_frames);
+                    observations[start + lane] = observation(
+                        &moments,
+                        lane,
+                        (common, open[lane], anchor[lane]),
+                        frames.minimum_frames,
+                    );
                     open[lane] = f32::INFINITY;
                 }
             }
@@ -114,12 +127,12 @@ fn least(mut numbers: [f32; LANES]) -> f32 {
     numbers[0]
 }
 
-/// The observation of one pixel of a block around `common`, counted from its guess.
+/// The observation of one pixel of a block around `common`, counted from its guess; `anchor` is its
+/// intensity in the reference frame.
 fn observation(
     moments: &Moments,
     lane: usize,
-    common: f64,
-    guess: f32,
+    (common, guess, anchor): (f64, f32, f32),
     minimum_frames: usize,
 ) -> Observation {
     let count = moments.count[lane];
@@ -143,6 +156,7 @@ fn observation(
         variance: (energy - at_common * at_common / spread).max(0.0) / (count - 2.0),
         gradient,
         curvature: moments.curvature[lane] / count,
+        intensity: anchor + moments.value[lane] / count,
     }
 }
 

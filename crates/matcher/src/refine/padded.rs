@@ -27,30 +27,9 @@ impl Padded {
         Self::filled(0, 0, 0.0)
     }
 
-    pub(super) fn is_given_back(&self) -> bool {
-        self.values.is_empty()
-    }
-
-    /// Zeros in all rows, of which one is stored: never to be written.
-    pub(super) fn of_zeros(columns: usize) -> Self {
-        Self::filled(1, columns, 0.0)
-    }
-
     /// Row `y` with the room on both sides.
     pub(super) fn row(&self, y: usize) -> &[f32] {
-        let first = self.first(y);
-        &self.values[first..first + self.stride]
-    }
-
-    /// Where row `y` begins.
-    pub(super) fn first(&self, y: usize) -> usize {
-        if self.values.len() == self.stride { 0 } else { y * self.stride }
-    }
-
-    /// The values of a block of row `y`, from `place` on.
-    pub(super) fn block(&self, y: usize, place: usize) -> &[f32] {
-        let first = self.first(y) + place;
-        &self.values[first..first + LANES]
+        &self.values[y * self.stride..(y + 1) * self.stride]
     }
 
     #[cfg(test)]

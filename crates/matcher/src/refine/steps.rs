@@ -4,9 +4,8 @@
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::adaptive_support::join_observations;
 use super::gains::corrections;
-use super::lines_in_discs::rough_surface;
+use super::local_surface::{Sizes, rough_surface};
 use super::mixed_pixels::RowSamples;
 use super::observations::{
     FramesUsed, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
@@ -16,7 +15,7 @@ use super::planes::ObservationMaps;
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::visible_intervals;
 use crate::lines::{Lines, SeenRule};
-use crate::options::{Effort, Occlusion, Surfaces};
+use crate::options::Occlusion;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
@@ -36,9 +35,8 @@ pub(super) struct Steps<'a> {
     pub(super) rule: SeenRule,
     pub(super) spline: Spline,
     pub(super) level: Level,
-    /// How observations are joined.
-    surfaces: Surfaces,
-    effort: Effort,
+    /// The discs in which the surface is fitted.
+    sizes: Sizes,
     gains: Option<Vec<f32>>,
     series_reach_px: f32,
     /// A disparity in the middle of all, so that sums of differences from it are exact enough in single
@@ -64,19 +62,19 @@ impl<'a> Steps<'a> {
         lines: &'a Lines,
         guess: &Grid<f32>,
         rule: SeenRule,
-        (effort, surfaces): (Effort, Surfaces),
+        sizes: Sizes,
     ) -> Self {
-        let gains = corrections(volume, lines, guess, effort);
-        Self {
-            gains,
-            surfaces,
-            effort,
-            series_reach_px: SERIES_REACH_PX,
-            ..Self::rough(volume, lines, guess, rule)
-        }
+        Self { sizes, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule) }
     }
 
-    /// Steps from `guess` before the last one; gains of frames are not estimated.
+    /// Finds the gains of frames on the lines of `current`, for the observations from now on. Lines
+    /// of the search follow the light where it drifts: after a step with light in the model they do
+    /// not.
+    pub(super) fn find_gains(&mut self, current: &Grid<f32>) {
+        self.gains = corrections(self.volume, self.lines, current);
+    }
+
+    /// Steps from `guess` before the last one.
     pub(super) fn rough(volume: &'a Volume, lines: &'a Lines, guess: &Grid<f32>, rule: SeenRule) -> Self {
         let (low, high) = extremes(guess);
         Self {
@@ -85,12 +83,20 @@ impl<'a> Steps<'a> {
             rule,
             spline: Spline::new(),
             level: Level::new(),
-            surfaces: Surfaces::Windows,
-            effort: Effort::Quick,
+            sizes: Sizes::Two,
             gains: None,
             series_reach_px: ROUGH_SERIES_REACH_PX,
             origin: 0.5 * (low + high),
         }
+    }
+
+    /// Deviation of the gains of frames from their mean (root mean square); 0 without.
+    pub(super) fn variation_of_gains(&self) -> f64 {
+        let Some(corrections) = &self.gains else { return 0.0 };
+        let gains = corrections.iter().map(|one_over| 1.0 / f64::from(*one_over));
+        let count = corrections.len() as f64;
+        let mean = gains.clone().sum::<f64>() / count;
+        (gains.map(|gain| (gain / mean - 1.0).powi(2)).sum::<f64>() / count).sqrt()
     }
 
     /// Whether one side of the reference frame may be occluded.
@@ -149,8 +155,8 @@ impl<'a> Steps<'a> {
     }
 
     /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each
-    /// row. Returns the share of discs that a line crosses, if the surface is made of these.
-    pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) -> Option<f64> {
+    /// row.
+    pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) {
         let every = (self.volume.frames() / COARSE_FRAMES).max(1);
         let look = |row: ObservedRow<'_>| {
             report();
@@ -164,17 +170,7 @@ impl<'a> Steps<'a> {
         };
         let (mut planes, misplaced) = self.observations(current, every, look);
         planes.forget_residuals();
-        let (disparity, share) = match self.surfaces {
-            Surfaces::Windows => {
-                let surface = join_observations(self.level, &mut planes, current, self.origin, None);
-                (surface.disparity, None)
-            }
-            Surfaces::Lines => {
-                let guess = (&*current, self.origin);
-                let (disparity, share) = rough_surface(self.level, &planes, guess, self.effort);
-                (disparity, Some(share))
-            }
-        };
+        let disparity = rough_surface(self.level, &mut planes, (&*current, self.origin), self.sizes);
         let columns = current.columns();
         for (y, misplaced) in misplaced.into_iter().enumerate() {
             let found = &disparity.row(y)[PAD..PAD + columns];
@@ -188,7 +184,6 @@ impl<'a> Steps<'a> {
                 current.row_mut(y)[x] = stepped[x.wrapping_add_signed(isize::from(away))];
             }
         }
-        share
     }
 }
 

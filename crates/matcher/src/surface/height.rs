@@ -115,7 +115,7 @@ impl Heights {
         let of = |disparity: &Grid<f32>, sigma: &Grid<f32>| {
             over_level(self.geometry, self.distance_mm, disparity, sigma)
         };
-        let ([disparity, sigma], equal) = (&half.best, &half.in_equal_windows);
+        let ([disparity, sigma], equal) = (&half.best, &half.in_equal_discs);
         let measured = of(&equal.disparity, &equal.sigma);
         let locking_mm = equal.locking.as_ref().map(|bias| {
             // Of what remains without the bias.

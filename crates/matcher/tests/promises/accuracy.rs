@@ -122,11 +122,12 @@ fn the_stated_sigma_holds_on_a_noisy_plane() {
     let mut config = SimulatorConfig::textured_plane(200, 120, 41);
     config.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.2, slope_y: 0.1 };
     config.sensor.read_noise_dn = 2.0;
-    let (_, report) = measure(config, &MatchOptions::default());
+    // Larger discs than those of 164 px would leave a handful of independent answers.
+    let (_, report) = measure(config, &MatchOptions { wanted_sigma_px: 0.02, ..MatchOptions::default() });
     let errors = report.in_both_end_frames;
     println!("{errors:?}");
-    // Windows share observations, so that 24000 pixels are some 1000 independent ones: +-3 %, and as much for
-    // the model.
+    // Discs share observations, so that 24000 pixels are some 150 independent ones, of 164 px each:
+    // +-4 %, and as much for the model.
     assert!((0.62..=0.74).contains(&errors.within_1_sigma), "{errors:?}");
     assert!((0.91..=0.98).contains(&errors.within_2_sigma), "{errors:?}");
 }
@@ -158,10 +159,10 @@ fn what_cannot_be_answered_is_not_answered() {
     let mut config = SimulatorConfig::textured_plane(128, 32, 9);
     config.scan.step_mm *= 5.0;
     let (maps, _) = measure(config, &options);
-    // 40 px of disparity: the last 40 columns leave the image. One more on either side may go with the
-    // border.
+    // 40 px of disparity: the last 40 columns leave the image. At half the resolution, two more go
+    // with the border of either end.
     let first_lost = (0..128).find(|&x| maps.answer.at(x, 16) == Answer::LeavesImage).unwrap();
-    assert!((86..=90).contains(&first_lost), "{first_lost}");
+    assert!((84..=90).contains(&first_lost), "{first_lost}");
     assert!((first_lost..128).all(|x| maps.disparity.at(x, 16).is_nan()));
 }
 
@@ -248,14 +249,4 @@ fn a_thing_in_front_of_another_is_noticed() {
         assert!(right as f64 > 0.95 * values.len() as f64, "{columns:?}: {right} of {}", values.len());
         assert!(wrong as f64 <= 0.01 * values.len() as f64, "{columns:?}: {wrong} wrong");
     }
-}
-
-#[test]
-fn the_widest_window_of_the_fit_works_and_a_wider_one_is_refused() {
-    let options = MatchOptions { refine_window_px: 21, ..MatchOptions::default() };
-    let (_, report) = measure(SimulatorConfig::textured_plane(128, 48, 17), &options);
-    assert!(report.in_both_end_frames.median_px < 0.01, "{report:?}");
-    let wider = MatchOptions { refine_window_px: 23, ..options };
-    let message = wider.check(48, 128, 17).unwrap_err().to_string();
-    assert!(message.contains("window of the fit") && message.contains("1 to 21"), "{message}");
 }

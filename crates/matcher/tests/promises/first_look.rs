@@ -11,7 +11,9 @@ use crate::promises::{Bounds, Figures, Promise};
 use epirig_core::progress::{Progress, Silent};
 use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::compare_with_truth;
-use epirig_matcher::{DisparityMaps, MatchOptions, Method, ReferenceFrame, Search, match_volume};
+use epirig_matcher::{
+    DisparityMaps, MatchOptions, Method, OrderingConstraint, ReferenceFrame, Search, match_volume,
+};
 
 const FRAMES: usize = 100;
 const APERTURE: Aperture = Aperture { sigma_px: 0.7 };
@@ -204,8 +206,11 @@ fn half_of_the_rows_are_searched_and_one_step_is_fitted() {
         let begun = begun.0.into_inner().unwrap();
         ["matching", "refining"].map(|name| begun.iter().find(|(what, _)| what == name).unwrap().1)
     };
-    assert_eq!(parts(&MatchOptions::default()), [33, 2 * 33]);
+    // An ordered scene is searched at half the resolution, and one step is made there.
+    assert_eq!(parts(&MatchOptions::default()), [16, 33]);
     assert_eq!(parts(&MatchOptions::default().quick()), [16, 33]);
+    let free = MatchOptions { ordering_constraint: OrderingConstraint::Off, ..MatchOptions::default() };
+    assert_eq!(parts(&free), [33, 2 * 33]);
 }
 
 #[test]

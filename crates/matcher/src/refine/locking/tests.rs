@@ -7,8 +7,8 @@ use rand_distr::{Distribution, StandardNormal};
 use super::products::{Products, Regression, Terms, Turns, fraction};
 use crate::lines::{Lines, SeenRule};
 use crate::locking::LockingAmplitudes;
-use crate::options::{Effort, Occlusion};
-use crate::refine::{Fit, FitResult, fit};
+use crate::options::Occlusion;
+use crate::refine::{Fit, FitResult, Sizes, fit};
 use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -70,10 +70,7 @@ fn fitted(
     let mut guess = Grid::filled(ROWS, COLUMNS, 0.0);
     (0..ROWS).for_each(|y| guess.row_mut(y).fill(disparity(y) as f32 + 0.03));
     let options = Fit {
-        surfaces: crate::options::Surfaces::Windows,
-        window_px: 3,
-        wanted_sigma_px: 0.005,
-        effort: Effort::Full,
+        sizes: Sizes::Growing { wanted_sigma_px: 0.005 },
         steps: 2,
         rule: SeenRule::new(FRAMES, 0.5, Occlusion::None),
         deviation_share: None,

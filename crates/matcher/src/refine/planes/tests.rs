@@ -14,14 +14,22 @@ fn put(observations: &mut ObservationMaps, rows: &[Vec<Observation>], origin: f3
 
 #[test]
 fn observations_are_counted_from_the_origin() {
-    let observation =
-        Observation { base: 7.0, weight: 4.0, moment: 2.0, variance: 3.0, gradient: 5.0, curvature: -6.0 };
+    let observation = Observation {
+        base: 7.0,
+        weight: 4.0,
+        moment: 2.0,
+        variance: 3.0,
+        gradient: 5.0,
+        curvature: -6.0,
+        intensity: 90.0,
+    };
     let mut observations = ObservationMaps::empty(2, 3);
     put(&mut observations, &[vec![UNOBSERVED; 3], vec![UNOBSERVED, observation, UNOBSERVED]], 5.0);
-    // It observations for 7.5 px, 2.5 px from the origin.
+    // It stands for 7.5 px, 2.5 px from the origin.
     assert_eq!(observations.moment.row(1)[PAD..PAD + 3], [0.0, 10.0, 0.0]);
     assert_eq!(observations.inverse.row(1)[PAD..PAD + 3], [0.0, 0.25, 0.0]);
     assert_eq!((observations.gradient.row(1)[PAD + 1], observations.curvature.row(1)[PAD + 1]), (5.0, -6.0));
+    assert_eq!(observations.intensity.row(1)[PAD + 1], 90.0);
     assert!(observations.moment.row(0).iter().all(|&moment| moment == 0.0));
     assert_eq!(observations.rows(), 2);
 }
@@ -205,65 +213,17 @@ proptest! {
 }
 
 #[test]
-fn guesses_are_planes_as_well_known_as_their_observations() {
-    let mut observations = ObservationMaps::empty(1, 3);
-    let observation = Observation { weight: 4.0, variance: 3.0, ..UNOBSERVED };
-    put(&mut observations, &[vec![observation, UNOBSERVED, UNOBSERVED]], 0.0);
-    observations.estimate_noise(1, 1.0, 0.5, 40.0);
-    let guess = Grid::from_values(1, 3, vec![7.0, 9.0, f32::NAN]).unwrap();
-    let planes = SurfacePlanes::of_guesses(&observations, &guess, 5.0);
-    assert_eq!(planes.disparity.row(0)[PAD..PAD + 3], [2.0, 4.0, 0.0]);
-    assert_eq!(planes.variance.row(0)[PAD..PAD + 3], [0.75, f32::INFINITY, f32::INFINITY]);
-}
-
-#[test]
-fn more_variance_is_added_pixel_by_pixel() {
-    let mut planes = SurfacePlanes::unknown(1, 2);
-    planes.variance.row_mut(0)[PAD..PAD + 2].copy_from_slice(&[1.0, 2.0]);
-    let mut more = Padded::filled(1, 2, 0.0);
-    more.row_mut(0)[PAD + 1] = 0.5;
-    planes.raise_variance(&more);
-    assert_eq!(planes.variance.row(0)[PAD..PAD + 3], [1.0, 2.5, f32::INFINITY]);
-}
-
-#[test]
-fn spare_planes_are_used_again_and_know_nothing_when_asked_to() {
-    let mut spare = SpareMaps::none(3, 5);
-    let mut planes = spare.windows();
-    planes.par_rows().for_each(|row| {
-        let fit = [row.misfit, row.texture, row.slant_variance];
-        [row.disparity, row.slant_x, row.slant_y, row.variance]
-            .into_iter()
-            .chain(fit)
-            .for_each(|values| values.fill(4.0));
-    });
-    assert!(planes.texture.is_given_back() && !planes.misfit.is_given_back());
-    let memory = planes.disparity.row(0).as_ptr();
-    // What is of use to the one and not to the other changes its place.
-    let fit = planes.misfit.row(0).as_ptr();
-    spare.keep(planes);
-    let planes = spare.supports();
-    assert!(planes.misfit.is_given_back());
-    assert_eq!(planes.texture.row(0).as_ptr(), fit);
-    spare.keep(planes);
-    let planes = spare.windows();
-    assert!(planes.texture.is_given_back());
-    assert_eq!(planes.misfit.row(0).as_ptr(), fit);
-    spare.keep(planes);
-    let again = spare.unknown();
-    assert_eq!(again.disparity.row(0).as_ptr(), memory);
-    let fresh = SurfacePlanes::unknown(3, 5);
-    let all = |planes: &SurfacePlanes| {
-        let planes = [
-            &planes.disparity,
-            &planes.slant_x,
-            &planes.slant_y,
-            &planes.variance,
-            &planes.misfit,
-            &planes.texture,
-            &planes.slant_variance,
-        ];
-        planes.map(|values| (0..3).flat_map(|y| values.row(y).to_vec()).collect::<Vec<f32>>())
+fn slants_are_differences_of_neighbours_unless_they_are_edges() {
+    // 0.1 px a column, a step of 5 px, and a pixel without a disparity.
+    let values = vec![5.0, 5.1, 5.2, 10.2, 10.3, f32::NAN];
+    let surface =
+        Grid::from_values(2, 6, [values.clone(), values.iter().map(|value| value + 0.2).collect()].concat());
+    let planes = SurfacePlanes::of_surface(&surface.unwrap(), 5.0, 0.3);
+    let row = |map: &Padded| map.row(1)[PAD..PAD + 6].to_vec();
+    let near = |found: Vec<f32>, wanted: [f32; 6]| {
+        assert!(found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 1e-5), "{found:?}");
     };
-    assert_eq!(all(&again), all(&fresh));
+    near(row(&planes.disparity), [0.2, 0.3, 0.4, 5.4, 5.5, 0.0]);
+    near(row(&planes.slant_x), [0.1, 0.1, 0.0, 0.0, 0.0, 0.0]);
+    near(row(&planes.slant_y), [0.2, 0.2, 0.2, 0.2, 0.2, 0.0]);
 }

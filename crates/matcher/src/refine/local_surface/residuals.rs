@@ -1,21 +1,27 @@
-//! What residuals of neighbours have in common: relief that discs smooth away, and noise that is alike.
+//! What residuals of neighbours have in common: relief that discs smooth away, and noise that is
+//! alike.
 //!
-//! Relief that is small against the noise of single observations is not seen by a disc, and no covariance of a
-//! fit tells of it. Noise of resampled, averaged or binned frames is alike in neighbouring pixels, so these
-//! tell less than as many independent ones. Both leave residuals r = v - d alike. For pixels i and j whose
-//! observations have the weights w and errors with the correlation rho
+//! Relief that is small against the noise of single observations is not seen by a disc, and no
+//! covariance of a fit tells of it. Noise of resampled, averaged or binned frames is alike in
+//! neighbouring pixels, so these tell less than as many independent ones. Both leave residuals r =
+//! v - d alike. For pixels i and j whose observations have the weights w and errors with the
+//! correlation rho
 //!
 //! ```text
 //! E r_i r_j = h^2 - V + rho / sqrt(w_i w_j)
 //! h^2: variance of the relief, V: that of the disparity, which both residuals share
 //! ```
 //!
-//! Means over many pairs, weighted by w_i w_j, tell h^2 from pixels so far apart that their noise is not
-//! alike, and the sum of rho from neighbours:
+//! Means over many pairs, weighted by w_i w_j, tell h^2 from pixels so far apart that their noise
+//! is not alike, and the sum of rho from neighbours:
 //!
 //! ```text
-//! V' = V (1 + sum over neighbours of sqrt(w_i w_j) rho / sum of w) + h^2
+//! V' = V g (1 + sum over neighbours of sqrt(w_i w_j) rho / sum of w) + h^2
 //! ```
+//!
+//! g is the share of the noise of an observation that interpolation leaves: precisions are those of
+//! the noise that is left in a sum of many, which interpolation does not change. White noise has g
+//! (1 + ...) = 1.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -29,16 +35,20 @@ use crate::refine::padded::{PAD, Padded};
 const NEAR: [(usize, isize); 6] = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2)];
 /// ... and between pixels whose noise is not, but whose relief is.
 const APART: [(usize, isize); 4] = [(3, 0), (0, 3), (2, 2), (2, -2)];
-/// Means are taken over a Gaussian of this standard deviation, in pixels of the map that has been halved so
-/// often: 29 px.
+/// Means are taken over a Gaussian of this standard deviation, in pixels of the map that has been
+/// halved so often: 29 px.
 const SIGMA_PX: f32 = 3.6;
 const HALVINGS: usize = 3;
+/// Noise that is alike in neighbours may be alike with either sign; means over many pairs leave at
+/// least this.
+const LEAST_RAISE: f32 = 0.5;
 /// Chance leaves a mean beyond this many of its standard deviations once in forty.
 const CHANCE_SIGMAS: f32 = 2.0;
 /// A residual counts no more than this many of its standard deviations: it may be an outlier.
 const LARGEST_RESIDUAL: f32 = 3.0;
 
-/// Residuals over their standard deviations, and the roots of the precisions; zero where there is none.
+/// Residuals over their standard deviations, and the roots of the precisions; zero where there is
+/// none.
 struct Residuals<'a> {
     surface: &'a Surface,
     normalised: Padded,
@@ -102,7 +112,7 @@ impl<'a> Residuals<'a> {
 }
 
 /// Raises the variances of `surface` by what residuals have in common.
-pub(super) fn raise_by_residuals(level: Level, observed: &Observed, surface: &mut Surface) {
+pub(super) fn raise_by_residuals(level: Level, observed: &Observed, surface: &mut Surface, noise_gain: f32) {
     let residuals = Residuals::of(observed, surface);
     let (near, apart) = (residuals.pairs(level, &NEAR), residuals.pairs(level, &APART));
     let precisions = residuals.pooled(level, observed.precision.clone());
@@ -116,7 +126,8 @@ pub(super) fn raise_by_residuals(level: Level, observed: &Observed, surface: &mu
                 let alike = 2.0 * (at(&near.products) - relief * at(&near.weights)) / at(&precisions);
                 // Squared weights of a Gaussian sum to half of what weights do.
                 let chance = CHANCE_SIGMAS * (0.5 / at(&apart.weights)).sqrt();
-                *variance = *variance * (1.0 + alike.max(0.0)) + (relief - chance).max(0.0);
+                *variance =
+                    *variance * (noise_gain * (1.0 + alike)).max(LEAST_RAISE) + (relief - chance).max(0.0);
             }
         }
     });

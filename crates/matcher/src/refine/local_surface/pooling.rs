@@ -11,8 +11,8 @@ const REACH_SIGMAS: f32 = 2.5;
 /// Rows that are summed together.
 const BAND_ROWS: usize = 32;
 
-/// Sums of a map with Gaussian weights of this standard deviation in px, 1 in the middle. Beyond the borders
-/// there is nothing.
+/// Sums of a map with Gaussian weights of this standard deviation in px, 1 in the middle. Beyond
+/// the borders there is nothing.
 pub(super) fn pooled(level: Level, map: &Padded, sigma_px: f32) -> Padded {
     let reach = (REACH_SIGMAS * sigma_px).ceil() as usize;
     assert!(reach <= PAD, "sums reach beyond the room beside rows");

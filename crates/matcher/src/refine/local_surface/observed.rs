@@ -6,11 +6,13 @@ use crate::refine::padded::{PAD, Padded};
 use crate::refine::planes::ObservationMaps;
 use epirig_core::grid::Grid;
 
-/// An observation that is as far from its guess as this, in px, and as this many of its standard deviations more, is
-/// no step of a linearisation. Noise may carry it farther: to leave it out then would pull the mean to the guess.
+/// An observation that is as far from its guess as this, in px, and as this many of its standard
+/// deviations more, is no step of a linearisation. Noise may carry it farther: to leave it out then
+/// would pull the mean to the guess.
 const LARGEST_STEP_PX: f32 = 1.0;
 const STEP_SIGMAS: f32 = 3.0;
-/// Observations of one surface among 2 x 2 pixels have guesses that differ by this much at most, in px.
+/// Observations of one surface among 2 x 2 pixels have guesses that differ by this much at most, in
+/// px.
 const ONE_SURFACE_PX: f32 = 0.5;
 
 /// Observed disparities.
@@ -80,7 +82,8 @@ impl Observed {
                         best = *pixel;
                     }
                 }
-                // Guesses follow the surface, so they carry each observation to the middle of the four.
+                // Guesses follow the surface, so they carry each observation to the middle of the
+                // four.
                 let (mut guesses, mut count, mut weights, mut moments) = (0.0, 0.0, 0.0, 0.0);
                 for (index, (guess, weight, value)) in pixels.into_iter().enumerate() {
                     if (guess - best.0).abs() <= ONE_SURFACE_PX {

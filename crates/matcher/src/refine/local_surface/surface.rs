@@ -15,12 +15,14 @@ const ANOTHER_SURFACE_PX: f32 = 1.0;
 pub(super) struct Surface {
     /// In px, from the origin.
     pub(super) disparity: Padded,
-    /// Variance of the disparity if the model of the disc is right, in px^2; infinite where it is unknown.
+    /// Variance of the disparity if the model of the disc is right, in px^2; infinite where it is
+    /// unknown.
     pub(super) variance: Padded,
-    /// What is to be added to it, in px^2: by places of walls between those that are tried, and by relief that
-    /// larger discs smooth away.
+    /// What is to be added to it, in px^2: by places of walls between those that are tried, and by
+    /// relief that larger discs smooth away.
     pub(super) addition: Padded,
-    /// Slants of the plane through the disc, in px per pixel of the map; no room where they are not needed.
+    /// Slants of the plane through the disc, in px per pixel of the map; no room where they are not
+    /// needed.
     pub(super) slants: [Padded; 2],
 }
 
@@ -59,6 +61,13 @@ impl Surface {
         }
         drop(left);
         pairs.into_par_iter()
+    }
+
+    /// Takes away what `other` does not know.
+    pub(super) fn forget_unknown_of(&mut self, other: &Self) {
+        self.variance.values.par_iter_mut().zip(&other.variance.values).for_each(|(variance, other)| {
+            *variance = if *other < f32::INFINITY { *variance } else { f32::INFINITY };
+        });
     }
 
     /// The same at twice the resolution, for the surfaces of `fine`: along the planes of the discs.

@@ -1,4 +1,5 @@
-//! Discs of pixels around the middle of 2 x 2 pixels, and the strips into which directions cut them.
+//! Discs of pixels around the middle of 2 x 2 pixels, and the strips into which directions cut
+//! them.
 
 /// The four pixels that a disc is centred on, by column and row from its middle.
 pub(super) const INNER: [(f32, f32); 4] = [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)];
@@ -45,8 +46,8 @@ pub(super) struct Direction {
     pub(super) inner: [f32; 4],
 }
 
-/// The directions of the disc of these `points`: lines of neighbouring ones lie at most `rim_px` apart at its
-/// rim.
+/// The directions of the disc of these `points`: lines of neighbouring ones lie at most `rim_px`
+/// apart at its rim.
 pub(super) fn directions(points: &[Point], rim_px: f32) -> Vec<Direction> {
     let farthest = points.iter().map(|point| point.distance()).fold(0.0, f32::max);
     // In fours, so that rows, columns and both diagonals are among them.
@@ -58,7 +59,8 @@ fn direction(points: &[Point], angle: f64) -> Direction {
     let (sine, cosine) = angle.sin_cos();
     let along = |x: f32, y: f32| cosine * f64::from(x) + sine * f64::from(y);
     let places: Vec<f64> = points.iter().map(|point| along(point.x, point.y)).collect();
-    // Strips have an edge or their middle in the middle of the disc: whichever cuts no pixel's middle.
+    // Strips have an edge or their middle in the middle of the disc: whichever cuts no pixel's
+    // middle.
     let nearest_edge = |phase: f64| {
         places
             .iter()

@@ -5,8 +5,8 @@
 //! A = X' W X + prior      A (q, p, a)' = X' W v      A = L L'
 //! ```
 //!
-//! Sums of weights that L^-1 has whitened make the parameters of everything that is fitted besides the plane
-//! independent of it.
+//! Sums of weights that L^-1 has whitened make the parameters of everything that is fitted besides
+//! the plane independent of it.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
@@ -15,8 +15,8 @@ const SLANT: f32 = 0.1;
 /// Less than this share of the weight is lost in rounding.
 const LEAST_SHARE: f32 = 1e-5;
 
-/// Sums over a disc: weights times 1, x, y, xx, xy, yy, and moments times 1, x, y. Moments are weights times
-/// observed disparities.
+/// Sums over a disc: weights times 1, x, y, xx, xy, yy, and moments times 1, x, y. Moments are
+/// weights times observed disparities.
 #[derive(Clone, Copy)]
 pub(super) struct Normal<S: Simd>([f32x16<S>; 9]);
 
@@ -69,6 +69,7 @@ impl<S: Simd> Normal<S> {
             along: [along_y, along_x, along_one],
             disparity,
             slants: [slant_x, slant_y],
+            weight: w,
             known: known.select(one, f32x16::splat(simd, 0.0)),
         }
     }
@@ -85,6 +86,8 @@ pub(super) struct Plane<S: Simd> {
     disparity: f32x16<S>,
     /// Along columns and rows.
     pub(super) slants: [f32x16<S>; 2],
+    /// Sum of weights.
+    pub(super) weight: f32x16<S>,
     /// 1 where the observations determine it, 0 elsewhere.
     pub(super) known: f32x16<S>,
 }
