@@ -171,31 +171,6 @@ def observation():
     return picture
 
 
-def windows():
-    """The shapes of windows that compete for a pixel, and where they may lie."""
-    picture = Picture(640, 250)
-    cell = 7
-
-    def grid(left, top, columns, rows, pixel, name):
-        picture.box(left, top, columns * cell, rows * cell, "#c9d9ee", GREY)
-        picture.box(left + pixel[0] * cell, top + pixel[1] * cell, cell - 1, cell - 1, ORANGE)
-        picture.text(left + columns * cell / 2, top + rows * cell + 18, name, anchor="middle", size=12)
-
-    grid(30, 60, 7, 7, (3, 3), "centred")
-    grid(110, 60, 7, 7, (6, 3), "beside")
-    grid(190, 60, 7, 7, (6, 6), "corner")
-    grid(280, 40, 7, 21, (3, 10), "7 x 21")
-    grid(350, 40, 5, 21, (2, 10), "5 x 21")
-    grid(405, 40, 3, 21, (1, 10), "3 x 21")
-    grid(455, 40, 21, 7, (10, 3), "21 x 7")
-    grid(455, 110, 21, 5, (10, 2), "21 x 5")
-    grid(455, 166, 21, 3, (10, 1), "21 x 3")
-    picture.text(30, 150, "square, 7 x 7 px,", size=12)
-    picture.text(30, 167, "nine places around", size=12)
-    picture.text(30, 184, "the pixel (orange)", size=12)
-    return picture
-
-
 def locking():
     """How far disparities are exposed to pixel locking: the factor of the first harmonic, 21 frames."""
     frames, reference = 21, 10
@@ -228,7 +203,7 @@ def locking():
     return picture
 
 
-FIGURES = [epi, groups, ordering, occlusion, observation, windows, locking]
+FIGURES = [epi, groups, ordering, occlusion, observation, locking]
 
 
 def main():
