@@ -6,6 +6,9 @@ use crate::refine::padded::{PAD, Padded};
 use crate::refine::planes::ObservationMaps;
 use epirig_core::grid::Grid;
 
+/// A pixel's own observation has no more than this share in its disparity.
+const LARGEST_SHARE: f32 = 0.95;
+
 /// An observation that is as far from its guess as this, in px, and as this many of its standard
 /// deviations more, is no step of a linearisation. Noise may carry it farther: to leave it out then
 /// would pull the mean to the guess.
@@ -102,4 +105,11 @@ impl Observed {
         });
         halved
     }
+}
+
+/// What is left of 1 beside the share of a pixel's own observation in its disparity.
+#[inline(always)]
+pub(super) fn spare(precision: f32, variance: f32) -> f32 {
+    let share = precision * variance;
+    1.0 - if share < LARGEST_SHARE { share } else { LARGEST_SHARE }
 }
