@@ -13,9 +13,10 @@ use super::choice::choice;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Matching")]
 pub(super) struct MatchArguments {
-    /// First look: takes less than a third of the time. Searches at half the resolution, fits in windows of
-    /// one size, and uses every second frame if there are a hundred or more. Sigma includes what that costs,
-    /// except for relief finer than the windows; objects narrower than some 20 px may be missed
+    /// First look: takes some 60 % of the time. Uses half of the frames if there are a hundred or more, looks
+    /// for edges in small discs only, and searches occluding objects at half the resolution, too. Sigma
+    /// includes what that costs, except for relief finer than the discs; objects narrower than some 20 px
+    /// may be missed
     #[arg(long, conflicts_with = "wanted_sigma")]
     quick: bool,
     /// Cost function: how the samples along a line are compared

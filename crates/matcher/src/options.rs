@@ -68,7 +68,7 @@ epirig_core::choices! {
 pub enum Effort {
     /// The most accurate: every pixel is searched by itself, and the fit has the whole model.
     Full,
-    /// A first look, in less than a third of the time. Candidates are searched at half the
+    /// A first look, in some 60 % of the time. Candidates are searched at half the
     /// resolution, with the costs and confidences of that resolution. The fit looks for edges in
     /// small discs only and, of a hundred frames or more, asks the half that tells most. Objects
     /// narrower than some 20 px may be missed. Frames too small to be halved are searched as they

@@ -1,6 +1,7 @@
 //! Which frames see a block of pixels, and where.
 
-use super::moments::{FrameSample, LANES, VisibleInterval};
+use super::moments::{FrameSample, VisibleInterval};
+use super::padded::LANES;
 use super::spline::FRACTIONS;
 use crate::lines::Lines;
 

@@ -8,10 +8,8 @@
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
+use super::padded::LANES;
 use super::spline::{SplineEpi, TAPS, Weights};
-
-/// Pixels that are sampled together.
-pub(super) const LANES: usize = 16;
 
 /// Sums over the frames that see each pixel of a block; tau' is counted from the reference frame, v from the
 /// pixel's own intensity there.

@@ -4,7 +4,8 @@
 use fearless_simd::Level;
 
 use super::in_view::in_view;
-use super::moments::{LANES, Moments, block_moments};
+use super::moments::{Moments, block_moments};
+use super::padded::LANES;
 use super::spline::{Spline, SplineEpi};
 use crate::lines::Lines;
 

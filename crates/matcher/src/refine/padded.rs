@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::moments::LANES;
-
+/// Pixels that are computed together.
+pub(super) const LANES: usize = 16;
 /// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach
 /// and a block.
 pub(super) const PAD: usize = 32;

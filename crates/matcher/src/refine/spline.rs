@@ -4,8 +4,9 @@
 //! neighbours times constant weights. The weights are tabulated; the next derivative corrects for the rest of
 //! the fraction, up to a thousandth of a pixel.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
+use super::padded::LANES;
 use epirig_core::spline::quintic::{self, basis};
 pub(super) use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::volume::Volume;
@@ -125,42 +126,33 @@ fn mirrored(offset: usize, columns: usize) -> usize {
 }
 
 #[inline(always)]
-fn filter_row<S: Simd>(_simd: S, padded: &[f32], prefilter: &[f32; PREFILTER_REACH + 1], out: &mut [f32]) {
-    // Several outputs at a time stay in registers over all taps.
-    const CHUNK: usize = 64;
-    let mut start = 0;
-    while start < out.len() {
-        let count = CHUNK.min(out.len() - start);
-        let mut sums = [0.0_f32; CHUNK];
-        let area = &padded[start..start + count + 2 * PREFILTER_REACH];
-        if count == CHUNK {
-            filter_chunk(area, prefilter, &mut sums);
-        } else {
-            for (x, sum) in sums[..count].iter_mut().enumerate() {
-                *sum = prefilter[0] * area[x + PREFILTER_REACH];
-                for reach in 1..=PREFILTER_REACH {
-                    *sum += prefilter[reach]
-                        * (area[x + PREFILTER_REACH - reach] + area[x + PREFILTER_REACH + reach]);
-                }
-            }
-        }
-        out[start..start + count].copy_from_slice(&sums[..count]);
-        start += count;
+fn filter_row<S: Simd>(simd: S, padded: &[f32], prefilter: &[f32; PREFILTER_REACH + 1], out: &mut [f32]) {
+    // The last ones are computed twice, so that a coefficient does not depend on its place in the row.
+    let last = out.len() - CHUNK;
+    for start in (0..last).step_by(CHUNK).chain([last]) {
+        let area = &padded[start..start + CHUNK + 2 * PREFILTER_REACH];
+        filter_chunk(simd, area, prefilter, &mut out[start..start + CHUNK]);
     }
 }
 
+/// Outputs that stay in registers over all taps; both margins of a row hold as many.
+const CHUNK: usize = 2 * MARGIN;
+
 #[inline(always)]
-fn filter_chunk(area: &[f32], prefilter: &[f32; PREFILTER_REACH + 1], sums: &mut [f32; 64]) {
-    let middle = &area[PREFILTER_REACH..PREFILTER_REACH + 64];
-    for x in 0..64 {
-        sums[x] = prefilter[0] * middle[x];
+fn filter_chunk<S: Simd>(simd: S, area: &[f32], prefilter: &[f32; PREFILTER_REACH + 1], out: &mut [f32]) {
+    let load = |start: usize| f32x16::from_slice(simd, &area[start..start + LANES]);
+    let mut sums = [f32x16::splat(simd, 0.0); CHUNK / LANES];
+    for (sum, start) in sums.iter_mut().zip((PREFILTER_REACH..).step_by(LANES)) {
+        *sum = load(start) * prefilter[0];
     }
-    for reach in 1..=PREFILTER_REACH {
-        let left = &area[PREFILTER_REACH - reach..PREFILTER_REACH - reach + 64];
-        let right = &area[PREFILTER_REACH + reach..PREFILTER_REACH + reach + 64];
-        for x in 0..64 {
-            sums[x] += prefilter[reach] * (left[x] + right[x]);
+    for (reach, &tap) in prefilter.iter().enumerate().skip(1) {
+        for (sum, start) in sums.iter_mut().zip((PREFILTER_REACH..).step_by(LANES)) {
+            let both = load(start - reach) + load(start + reach);
+            *sum = both.mul_add(tap, *sum);
         }
+    }
+    for (out, sum) in out.chunks_exact_mut(LANES).zip(sums) {
+        sum.store_slice(out);
     }
 }
 

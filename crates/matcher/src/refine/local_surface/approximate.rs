@@ -2,7 +2,7 @@
 
 use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, SimdInt, f32x16, i32x16};
 
-/// 2 to the power of a number from -80 to 0, to 1 part in 10,000; smaller ones count as -80.
+/// 2 to the power of a number from -80 to 80, to 1 part in 10,000; smaller ones count as -80.
 #[inline(always)]
 pub(super) fn power_of_two<S: Simd>(simd: S, exponent: f32x16<S>) -> f32x16<S> {
     let exponent = exponent.max(f32x16::splat(simd, -80.0));

@@ -11,26 +11,44 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 
 use super::approximate::power_of_two;
-use super::disc::INNER;
 use super::edge_shapes::AtInner;
 
-/// Edges that are less likely than the likeliest by this power of two change nothing, all together.
-const NEGLIGIBLE: f32 = 24.0;
+/// Weights are counted from a reference that follows the likeliest edge once this is more likely by
+/// this power of two: so far a number of single precision can count.
+const FARTHEST: f32 = 40.0;
 
 /// An edge that has been fitted: logarithm of its weight to the base 2, alpha, 1 / S, the whitened
 /// sums of its shape, and the part of the sum of squared observations that it explains.
 pub(super) type Fitted<S> = [f32x16<S>; 7];
 
-/// Averages over edges so far, relative to the likeliest.
+/// Sums over the edges so far, relative to a weight whose logarithm to the base 2 is the reference;
+/// that of no edge is 0.
 pub(super) struct Average<S: Simd> {
-    likeliest: f32x16<S>,
+    reference: f32x16<S>,
     weight: f32x16<S>,
+    /// The weight of the edges before those of the last direction.
+    before: f32x16<S>,
     shifts: [f32x16<S>; 4],
     squares: [f32x16<S>; 4],
     by_place: [f32x16<S>; 4],
     explained: f32x16<S>,
     /// The weight of each family, if these are counted.
     families: [f32x16<S>; 3],
+}
+
+/// A weight, and the reference that it is counted from.
+#[derive(Clone, Copy)]
+pub(super) struct Weight<S: Simd> {
+    weight: f32x16<S>,
+    reference: f32x16<S>,
+}
+
+impl<S: Simd> Weight<S> {
+    #[inline(always)]
+    pub(super) fn none(simd: S) -> Self {
+        let zero = f32x16::splat(simd, 0.0);
+        Self { weight: zero, reference: zero }
+    }
 }
 
 /// What edges change at an inner pixel.
@@ -71,19 +89,40 @@ impl<S: Simd> Averaged<S> {
 }
 
 impl<S: Simd> Average<S> {
-    /// Of none so far: a plane alone has the weight 1.
     #[inline(always)]
-    pub(super) fn of_none(simd: S) -> Self {
+    pub(super) fn of_no_edge(simd: S) -> Self {
         let zero = f32x16::splat(simd, 0.0);
         Self {
-            likeliest: zero,
-            weight: f32x16::splat(simd, 1.0),
+            reference: zero,
+            weight: zero,
+            before: zero,
             shifts: [zero; 4],
             squares: [zero; 4],
             by_place: [zero; 4],
             explained: zero,
             families: [zero; 3],
         }
+    }
+
+    /// The weight of the edges that were taken since this was called last.
+    #[inline(always)]
+    pub(super) fn weight_of_direction(&mut self) -> Weight<S> {
+        let weight = self.weight - self.before;
+        self.before = self.weight;
+        Weight { weight, reference: self.reference }
+    }
+
+    /// Whether a weight is more than this share of all, edges in so many directions and none, in any
+    /// of the discs.
+    #[inline(always)]
+    pub(super) fn has(
+        &self,
+        simd: S,
+        Weight { weight, reference }: Weight<S>,
+        (share, directions): (f32, usize),
+    ) -> bool {
+        let whole = self.weight + power_of_two(simd, -self.reference) * directions as f32;
+        (weight * power_of_two(simd, reference - self.reference)).simd_gt(whole * share).any_true()
     }
 
     /// Takes edges. `places` are the whitened places of the inner pixels.
@@ -95,31 +134,20 @@ impl<S: Simd> Average<S> {
         fitted: &[Fitted<S>],
         at_inner: impl Iterator<Item = &'a AtInner>,
     ) {
-        let before = self.likeliest;
+        let mut likeliest = self.reference;
         for [logarithm, ..] in fitted {
-            self.likeliest = self.likeliest.max(*logarithm);
+            likeliest = likeliest.max(*logarithm);
         }
-        let fade = power_of_two(simd, before - self.likeliest);
-        self.weight *= fade;
-        self.explained *= fade;
-        for index in 0..INNER.len() {
-            self.shifts[index] *= fade;
-            self.squares[index] *= fade;
-            self.by_place[index] *= fade;
-        }
-        if COUNTS {
-            self.families.iter_mut().for_each(|sum| *sum *= fade);
+        if (likeliest - self.reference).simd_gt(FARTHEST).any_true() {
+            self.count_from(simd, likeliest);
         }
         for (&[logarithm, alpha, over, a, b, c, explained], at_inner) in fitted.iter().zip(at_inner) {
-            let less = logarithm - self.likeliest;
-            if !less.simd_gt(-NEGLIGIBLE).any_true() {
-                continue;
-            }
-            let weight = power_of_two(simd, less);
+            let weight = power_of_two(simd, logarithm - self.reference);
             self.weight += weight;
             self.explained = weight.mul_add(explained, self.explained);
             let first = weight * alpha;
-            let second = first.mul_add(alpha, weight * over);
+            let place = first * alpha;
+            let second = weight.mul_add(over, place);
             if COUNTS {
                 self.families[at_inner.family] += weight;
             }
@@ -128,18 +156,31 @@ impl<S: Simd> Average<S> {
                 let follows = f32x16::splat(simd, at_inner.shape[index]) - plane;
                 self.shifts[index] = first.mul_add(follows, self.shifts[index]);
                 self.squares[index] = (second * follows).mul_add(follows, self.squares[index]);
-                if at_inner.variance[index] > 0.0 {
-                    let place = first * alpha;
-                    self.by_place[index] = place.mul_add(at_inner.variance[index], self.by_place[index]);
-                }
+                self.by_place[index] = place.mul_add(at_inner.variance[index], self.by_place[index]);
             }
         }
     }
 
-    /// The average of all that were taken.
     #[inline(always)]
-    pub(super) fn averaged(self, simd: S) -> Averaged<S> {
-        let over = f32x16::splat(simd, 1.0) / self.weight;
+    fn count_from(&mut self, simd: S, reference: f32x16<S>) {
+        let fade = power_of_two(simd, self.reference - reference);
+        self.reference = reference;
+        self.weight *= fade;
+        self.before *= fade;
+        self.explained *= fade;
+        for sums in [&mut self.shifts, &mut self.squares, &mut self.by_place] {
+            sums.iter_mut().for_each(|sum| *sum *= fade);
+        }
+        self.families.iter_mut().for_each(|sum| *sum *= fade);
+    }
+
+    /// The average of none, and of all that were taken, in so many directions: each direction is as
+    /// likely as any other.
+    #[inline(always)]
+    pub(super) fn averaged(&self, simd: S, directions: usize) -> Averaged<S> {
+        let one = f32x16::splat(simd, 1.0);
+        let none = power_of_two(simd, -self.reference) * directions as f32;
+        let over = one / (self.weight + none);
         let mut averaged = Averaged::none(simd);
         for (index, change) in averaged.changes.iter_mut().enumerate() {
             change.shift = self.shifts[index] * over;
@@ -148,7 +189,7 @@ impl<S: Simd> Average<S> {
             change.by_place = self.by_place[index] * over;
         }
         averaged.explained = self.explained * over;
-        averaged.none = power_of_two(simd, -self.likeliest) * over;
+        averaged.none = none * over;
         averaged.families = self.families.map(|family| family * over);
         averaged
     }

@@ -11,15 +11,10 @@ use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use super::observed::{Observed, spare};
-use super::pooling::pooled;
+use super::pooling::{CELL, pooled_cells};
 use super::surface::Surface;
 use crate::refine::padded::{PAD, Padded};
 
-/// Sums are over cells, pixels of the map that has been halved so often, and then over a Gaussian
-/// of this standard deviation in cells: 29 px.
-pub(super) const CELL_HALVINGS: usize = 3;
-const CELL: usize = 1 << CELL_HALVINGS;
-const POOLED_CELLS: f32 = 3.6;
 /// Chance leaves a mean beyond this many of its standard deviations once in six.
 const CHANCE_SIGMAS: f32 = 1.0;
 
@@ -83,7 +78,7 @@ pub(super) fn disagreement(
         rows.for_each(|(map, row)| {
             map[PAD..].iter_mut().zip(row).for_each(|(cell, sums)| *cell = sums[index])
         });
-        pooled(level, &map, POOLED_CELLS)
+        pooled_cells(level, &map)
     });
     let nothing = Padded::filled(down, across, 0.0);
     let mut found = Disagreement { smoothed: nothing.clone(), flattened: nothing };

@@ -33,6 +33,11 @@ pub(super) fn points(squared_radius: usize) -> Vec<Point> {
     square.filter(|point| point.distance() <= radius).collect()
 }
 
+/// Lines of neighbouring directions lie about this far apart at the rim of a disc, in px.
+const RIM_PX: f32 = 0.7;
+/// Directions that are tried first: rows, columns and both diagonals.
+pub(super) const FEWEST: usize = 4;
+
 /// A direction across parallel lines, and the strips of 1 px between these.
 #[derive(Debug)]
 pub(super) struct Direction {
@@ -46,12 +51,12 @@ pub(super) struct Direction {
     pub(super) inner: [f32; 4],
 }
 
-/// The directions of the disc of these `points`: lines of neighbouring ones lie at most `rim_px`
-/// apart at its rim.
-pub(super) fn directions(points: &[Point], rim_px: f32) -> Vec<Direction> {
+/// The directions of the disc of these `points`, from that of the columns on: [`FEWEST`] times a
+/// power of two.
+pub(super) fn directions(points: &[Point]) -> Vec<Direction> {
     let farthest = points.iter().map(|point| point.distance()).fold(0.0, f32::max);
-    // In fours, so that rows, columns and both diagonals are among them.
-    let count = 4 * (std::f32::consts::PI * farthest / rim_px / 4.0 - 0.05).ceil().max(1.0) as usize;
+    let wanted = std::f32::consts::PI * farthest / RIM_PX;
+    let count = FEWEST << (wanted / FEWEST as f32).log2().round().max(0.0) as usize;
     (0..count).map(|index| direction(points, index as f64 * std::f64::consts::PI / count as f64)).collect()
 }
 

@@ -4,24 +4,14 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask, dispatch
 use rayon::prelude::*;
 
 use super::averaged::Averaged;
-use super::disc::{INNER, Point, directions, points};
-use super::edges::Edges;
+use super::directions::Edges;
+use super::disc::{INNER, Point, points};
 use super::model::{EdgePriors, Model, STEEPEST};
-use super::observed::Observed;
+use super::observed::{ONE_SURFACE_PX, Observed};
 use super::plane::{Normal, Plane};
 use super::surface::{Surface, SurfaceRow};
-use crate::refine::moments::LANES;
-use crate::refine::padded::{PAD, Padded};
+use crate::refine::padded::{LANES, PAD, Padded};
 
-/// Guesses of one surface differ by this step at most, and for each px of distance by the steepest
-/// slant.
-const SLACK_PX: f32 = 0.5;
-/// Edges of twice as many directions are tried where those so far explain this much of the sum of
-/// squares for each of them: the farther apart they are, the more of it a direction between them
-/// loses. (With a half or none of it the errors are the same to a hundredth of themselves.)
-const TELLING_SQUARES: f32 = 2.0;
-/// The first ones lie so many times as far apart as those of all.
-const FEWEST: f32 = 4.0;
 /// Pixels of the largest disc.
 const MOST_POINTS: usize = 176;
 
@@ -50,10 +40,10 @@ struct Fitted<S: Simd> {
 /// Discs of one size.
 pub(super) struct Discs {
     points: Vec<Point>,
-    /// Largest difference of guesses at each point, in px.
+    /// Largest difference of guesses of one surface at each point, in px: for each px of distance the
+    /// steepest slant more.
     slack_px: Vec<f32>,
-    /// Each in twice as many directions as those before.
-    edges: Vec<Edges>,
+    edges: Option<Edges>,
     /// Width of the map's pixels, in px of the image.
     pixel: f32,
     /// How many points are inner pixels or neighbours of them.
@@ -67,32 +57,14 @@ impl Discs {
     /// Discs of this squared radius in pixels of the map, which are `pixel` px of the image wide;
     /// with edges if these are known before.
     pub(super) fn new(squared_radius: usize, edges: Option<EdgePriors>, model: &Model, pixel: f32) -> Self {
-        Self::with_rims(
-            squared_radius,
-            edges.map(|priors| (priors, [FEWEST, 2.0, 1.0].as_slice())),
-            model,
-            pixel,
-        )
-    }
-
-    /// The same with edges whose directions lie so many times as far apart as usual.
-    fn with_rims(
-        squared_radius: usize,
-        edges: Option<(EdgePriors, &[f32])>,
-        model: &Model,
-        pixel: f32,
-    ) -> Self {
         let points = points(squared_radius);
-        let slack_px = points.iter().map(|point| SLACK_PX + STEEPEST * pixel * point.distance()).collect();
-        let edges = edges.iter().flat_map(|(priors, rims)| {
-            rims.iter().map(|rims| {
-                let directions = directions(&points, rims * model.rim_px);
-                // Walls are narrow against wide pixels.
-                let at_edges = pixel > 1.0 && *rims < FEWEST;
-                Edges::new(directions, *priors, model.blur / (pixel * pixel), at_edges)
-            })
+        let slack_px =
+            points.iter().map(|point| ONE_SURFACE_PX + STEEPEST * pixel * point.distance()).collect();
+        let edges = edges.map(|priors| {
+            // Walls are narrow against wide pixels.
+            let at_edges = pixel > 1.0;
+            Edges::new(&points, &priors, model.blur / (pixel * pixel), at_edges)
         });
-        let edges = edges.collect();
         let inner = points.iter().filter(|point| point.distance() < AROUND_PX).count();
         Self { inner, points, slack_px, edges, pixel, least_texture: 0.0 }
     }
@@ -111,7 +83,7 @@ impl Discs {
         squared_radius: usize,
         (model, edges): (&Model, EdgePriors),
     ) -> Vec<[f32; 3]> {
-        let discs = Self::with_rims(squared_radius, Some((edges, &[FEWEST])), model, 1.0);
+        let discs = Self::new(squared_radius, Some(edges), model, 1.0);
         let (pairs, blocks) = (observed.rows().div_ceil(2), observed.columns.div_ceil(2 * LANES));
         let count = SAMPLED_BLOCKS.min(pairs * blocks);
         let sampled = (0..count).into_par_iter().flat_map_iter(|index| {
@@ -197,7 +169,7 @@ impl Discs {
             let found = self.found(simd, observed, (y, start), own);
             for (pair, row) in rows.iter_mut().enumerate() {
                 let guesses = [open[2 * pair], open[2 * pair + 1]];
-                let served = guesses.map(|guess| (guess - own).abs().simd_le(SLACK_PX));
+                let served = guesses.map(|guess| (guess - own).abs().simd_le(ONE_SURFACE_PX));
                 row.put(simd, start, served, [found[2 * pair], found[2 * pair + 1]]);
                 for (side, served) in served.into_iter().enumerate() {
                     open[2 * pair + side] = served.select(nothing, guesses[side]);
@@ -282,15 +254,11 @@ impl Discs {
         }
         let plane = normal.solve(simd);
         let count = self.points.len();
-        let mut averaged = Averaged::none(simd);
-        for edges in &self.edges {
-            let observations = (&weights[..count], &moments[..count]);
-            averaged = edges.average::<S, COUNTS>(simd, &plane, &self.points, observations);
-            let telling = TELLING_SQUARES * edges.directions() as f32;
-            if !averaged.explained.simd_gt(telling).any_true() {
-                break;
-            }
-        }
+        let observations = (&weights[..count], &moments[..count]);
+        let averaged = match &self.edges {
+            Some(edges) => edges.average::<S, COUNTS>(simd, &plane, &self.points, observations),
+            None => Averaged::none(simd),
+        };
         Fitted { plane, averaged, squares, number, around }
     }
 }

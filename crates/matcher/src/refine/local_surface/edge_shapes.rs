@@ -112,9 +112,12 @@ impl ParallelEdges {
                 AtInner::step(direction.inner, middle + 0.5)
             }
         };
-        let places = || (2..2 * (count - 1)).step_by(if at_edges { 1 } else { 2 });
-        let pairs = places().flat_map(|lower| places().map(move |upper| (lower, upper)));
-        let grooves = pairs.filter(|(lower, upper)| lower + 2 * NARROWEST <= *upper).map(|(lower, upper)| {
+        let places = 2..2 * (count - 1);
+        let lowers = places.clone().step_by(if at_edges { 1 } else { 2 });
+        let pairs = lowers.flat_map(|lower| {
+            (lower + 2 * NARROWEST..places.end).step_by(2).map(move |upper| (lower, upper))
+        });
+        let grooves = pairs.map(|(lower, upper)| {
             let (rising, falling) = (wall(lower), wall(upper));
             let at_inner = AtInner {
                 shape: std::array::from_fn(|index| rising.shape[index] - falling.shape[index]),
@@ -124,5 +127,9 @@ impl ParallelEdges {
             Groove { lower, upper, at_inner }
         });
         Self { at_inner, grooves: grooves.collect(), direction }
+    }
+
+    pub(super) fn all(&self) -> impl Iterator<Item = &AtInner> {
+        self.at_inner.iter().chain(self.grooves.iter().map(|groove| &groove.at_inner))
     }
 }

@@ -11,7 +11,7 @@
 //!
 //! ```text
 //! S = phi' W phi - (X' W phi)' A^-1 (X' W phi) + 1/T^2        alpha = phi' r / S
-//! log weight = (phi' r)^2 / 2 S - log(S T^2) / 2 + log(odds / number of edges)
+//! log weight = (phi' r)^2 / 2 S - log(S T^2) / 2 + log(odds / edges of the direction / directions)
 //! ```
 //!
 //! All edges and none are averaged by these weights (`averaged`). phi is taken as constant in
@@ -23,8 +23,8 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x16};
 
 use super::approximate::rough_logarithm;
-use super::averaged::{Average, Averaged, Fitted};
-use super::disc::{Direction, INNER, Point};
+use super::averaged::{Average, Fitted};
+use super::disc::{Direction, Point};
 use super::edge_shapes::{CREASE, GROOVE, ParallelEdges, WALL};
 use super::model::{EdgePrior, EdgePriors};
 use super::plane::Plane;
@@ -33,6 +33,8 @@ use super::plane::Plane;
 /// middles of strips. (A crease half a pixel off its place is wrong by a quarter of the change of
 /// slant.)
 const KINDS: usize = 5;
+/// Grooves that are averaged together.
+const TOGETHER: usize = 8;
 /// Strips of the widest disc.
 const MOST_STRIPS: usize = 17;
 const HALF_LOG_E: f32 = 0.5 * std::f32::consts::LOG2_E;
@@ -69,8 +71,8 @@ struct Wall<S: Simd> {
     lost: f32x16<S>,
 }
 
-/// One over the prior variance of a kind of edge, and the logarithm of its weight when nothing is
-/// observed.
+/// One over the prior variance of a family of edges, and the logarithm of the weight of one of them
+/// in a disc of one direction, when nothing is observed.
 #[derive(Clone, Copy)]
 struct Prior {
     precision: f32,
@@ -85,135 +87,140 @@ impl Prior {
     }
 }
 
-/// The edges through a disc.
-pub(super) struct Edges {
-    parallels: Vec<ParallelEdges>,
-    wall: Prior,
-    crease: Prior,
-    groove: Prior,
+/// The edges of one direction.
+pub(super) struct Parallels {
+    edges: ParallelEdges,
+    /// Of each family.
+    priors: [Prior; 3],
     /// Share of a strip that the lens and the aperture carry into each neighbour.
     spread: f32,
 }
 
-impl Edges {
-    /// Edges in these directions, seen through a blur of this variance, in squares of a strip's
-    /// width. Walls of grooves also lie `at_edges` of strips.
-    pub(super) fn new(directions: Vec<Direction>, priors: EdgePriors, blur: f32, at_edges: bool) -> Self {
-        let parallels: Vec<ParallelEdges> =
-            directions.into_iter().map(|direction| ParallelEdges::of(direction, at_edges)).collect();
-        let mut counts = [0; 3];
-        for ParallelEdges { at_inner, grooves, .. } in &parallels {
-            for edge in at_inner.iter().chain(grooves.iter().map(|groove| &groove.at_inner)) {
-                counts[edge.family] += 1;
-            }
-        }
+impl Parallels {
+    /// Those of this direction, seen through a blur of this variance, in squares of a strip's width.
+    /// Walls of grooves also lie `at_edges` of strips.
+    pub(super) fn new(direction: Direction, priors: &EdgePriors, blur: f32, at_edges: bool) -> Self {
+        let edges = ParallelEdges::of(direction, at_edges);
         let rest = 1.0 - priors.iter().map(|prior| prior.share).sum::<f64>();
-        let prior = |family: usize| Prior::new(priors[family], rest, counts[family]);
-        Self {
-            parallels,
-            wall: prior(WALL),
-            crease: prior(CREASE),
-            groove: prior(GROOVE),
-            spread: 0.5 * blur,
-        }
+        let count = |family: usize| edges.all().filter(|at_inner| at_inner.family == family).count();
+        let priors = [WALL, CREASE, GROOVE].map(|family| Prior::new(priors[family], rest, count(family)));
+        Self { edges, priors, spread: 0.5 * blur }
     }
 
-    /// How many directions they have.
-    pub(super) fn directions(&self) -> usize {
-        self.parallels.len()
-    }
-
-    /// The average over all edges and none. Families are counted if `COUNTS`.
+    /// Takes them all into an `average`. `places` are the whitened places of the inner pixels.
     #[inline(always)]
-    pub(super) fn average<S: Simd, const COUNTS: bool>(
+    pub(super) fn take<S: Simd, const COUNTS: bool>(
         &self,
         simd: S,
-        plane: &Plane<S>,
+        (plane, places): (&Plane<S>, &[[f32x16<S>; 3]; 4]),
         points: &[Point],
         observations: (&[f32x16<S>], &[f32x16<S>]),
-    ) -> Averaged<S> {
+        average: &mut Average<S>,
+    ) {
         let zero = f32x16::splat(simd, 0.0);
-        let places = INNER.map(|inner| plane.place(simd, inner));
-        let mut average = Average::of_none(simd);
-        let mut fitted = [[zero; 7]; MOST_STRIPS * KINDS];
+        let ParallelEdges { direction, at_inner, grooves } = &self.edges;
         let mut strips = [(Shape([zero; 4]), zero); MOST_STRIPS];
+        let mut first = 0;
+        for (strip, &end) in strips.iter_mut().zip(&direction.ends) {
+            let inside = &direction.points[first..end as usize];
+            *strip = strip_sums(simd, plane, inside, points, observations);
+            first = end as usize;
+        }
+        let strips = &strips[..direction.ends.len()];
         let none = Wall { shape: Shape([zero; 4]), square: zero, lost: zero };
         let mut walls = [none; 2 * MOST_STRIPS];
-        for ParallelEdges { direction, at_inner, grooves } in &self.parallels {
-            let mut first = 0;
-            for (strip, &end) in strips.iter_mut().zip(&direction.ends) {
-                let inside = &direction.points[first..end as usize];
-                *strip = strip_sums(simd, plane, inside, points, observations);
-                first = end as usize;
-            }
-            self.fit(simd, &strips[..direction.ends.len()], &mut fitted, &mut walls);
-            average.take::<COUNTS>(simd, &places, &fitted[..at_inner.len()], at_inner.iter());
-            for grooves in grooves.chunks(fitted.len()) {
-                for (groove, fitted) in grooves.iter().zip(&mut fitted) {
-                    let (rising, falling) = (&walls[groove.lower], &walls[groove.upper]);
-                    let shape = rising.shape.plus_times(falling.shape, -1.0);
-                    *fitted = fitted_edge(simd, shape, rising.square - falling.lost, self.groove);
-                }
-                let at_inner = grooves.iter().map(|groove| &groove.at_inner);
-                average.take::<COUNTS>(simd, &places, &fitted[..grooves.len()], at_inner);
-            }
+        let mut beyond = Beyond::none(simd, self.spread);
+        for (place, at_inner) in (1..strips.len() - 1).rev().zip(at_inner.chunks_exact(KINDS)) {
+            let fitted = beyond.fit(simd, strips, &self.priors, place, &mut walls);
+            average.take::<COUNTS>(simd, places, &fitted, at_inner.iter());
         }
-        average.averaged(simd)
+        let mut fitted = [[zero; 7]; TOGETHER];
+        for grooves in grooves.chunks(TOGETHER) {
+            for (groove, fitted) in grooves.iter().zip(&mut fitted) {
+                let (rising, falling) = (&walls[groove.lower], &walls[groove.upper]);
+                let shape = rising.shape.plus_times(falling.shape, -1.0);
+                *fitted = fitted_edge(simd, shape, rising.square - falling.lost, self.priors[GROOVE]);
+            }
+            let at_inner = grooves.iter().map(|groove| &groove.at_inner);
+            average.take::<COUNTS>(simd, places, &fitted[..grooves.len()], at_inner);
+        }
+    }
+}
+
+/// Sums beyond a strip's upper edge.
+struct Beyond<S: Simd> {
+    /// Share of a strip that the lens and the aperture carry into each neighbour.
+    spread: f32,
+    level: Shape<S>,
+    /// Of the distance.
+    crease: Shape<S>,
+    /// Of weights times 1, the distance and its square.
+    squares: [f32x16<S>; 3],
+    /// The strip beyond the next one.
+    further: Strip<S>,
+}
+
+impl<S: Simd> Beyond<S> {
+    #[inline(always)]
+    fn none(simd: S, spread: f32) -> Self {
+        let zero = f32x16::splat(simd, 0.0);
+        let none = Shape([zero; 4]);
+        Self { spread, level: none, crease: none, squares: [zero; 3], further: (none, zero) }
     }
 
-    /// Fits all single edges of a direction, and takes the sums of the `walls` of grooves.
+    /// Fits all single edges of a strip, and takes the sums of the `walls` of grooves. The strips
+    /// above it have been taken, from the last one on.
     #[inline(always)]
-    fn fit<S: Simd>(&self, simd: S, strips: &[Strip<S>], fitted: &mut [Fitted<S>], walls: &mut [Wall<S>]) {
+    fn fit(
+        &mut self,
+        simd: S,
+        strips: &[Strip<S>],
+        priors: &[Prior; 3],
+        place: usize,
+        walls: &mut [Wall<S>],
+    ) -> [Fitted<S>; KINDS] {
         let zero = f32x16::splat(simd, 0.0);
         let b = self.spread;
-        // Sums beyond a strip's upper edge: of the level, of the distance, and of weights times 1,
-        // the distance and its square.
-        let (mut level, mut crease) = (Shape([zero; 4]), Shape([zero; 4]));
-        let [mut w0, mut w1, mut w2] = [zero; 3];
-        let mut further = (Shape([zero; 4]), zero);
-        let places = (1..strips.len() - 1).rev();
-        for (place, fitted) in places.zip(fitted.chunks_exact_mut(KINDS)) {
-            let (above, own, below) = (strips[place + 1], strips[place], strips[place - 1]);
-            // Values of the spread shapes in the strips around the edge, and 1 beyond.
-            let narrow = [1.0 - 0.5 * b, 0.5, 0.5 * b];
-            let shape = level
-                .plus_times(above.0, narrow[0])
-                .plus_times(own.0, narrow[1])
-                .plus_times(below.0, narrow[2]);
-            let square = squares(w0, [above.1, own.1, below.1], narrow);
-            fitted[0] = fitted_edge(simd, shape, square, self.wall);
-            // A wall that falls leaves of a level of 1 what one that rises has on the other side.
-            let left = squares(zero, [below.1, own.1, above.1], narrow);
-            walls[2 * place] = Wall { shape, square, lost: w0 + above.1 + own.1 + below.1 - left };
-            // The strip above is wholly beyond what follows.
-            crease = crease.plus(level).plus_times(above.0, 0.5);
-            w2 = w1.mul_add(2.0, above.1.mul_add(0.25, w2 + w0));
-            w1 = above.1.mul_add(0.5, w1 + w0);
-            w0 += above.1;
-            level = level.plus(above.0);
-            let shape = crease.plus_times(above.0, 0.5 * b).plus_times(own.0, 0.5 * b);
-            let near = [0.5 + 0.5 * b, 0.5 * b];
-            let square = squares(above.1.mul_add(-0.25, w2), [above.1, own.1, zero], [near[0], near[1], 0.0]);
-            fitted[1] = fitted_edge(simd, shape, square, self.crease);
-            let wide = [0.75 - 0.25 * b, 0.25 + 0.25 * b, 0.25 * b];
-            let most = 1.0 - 0.25 * b;
-            let shape = level.plus_times(further.0, most - 1.0).plus_times(above.0, wide[0] - 1.0);
-            let shape = shape.plus_times(own.0, wide[1]).plus_times(below.0, wide[2]);
-            let beyond = further.1.mul_add(most * most - 1.0, w0 - above.1);
-            let square = squares(beyond, [above.1, own.1, below.1], wide);
-            fitted[2] = fitted_edge(simd, shape, square, self.wall);
-            let steep = [1.0 - b, b];
-            let shape = level.plus_times(above.0, steep[0] - 1.0).plus_times(own.0, steep[1]);
-            let square = squares(w0 - above.1, [above.1, own.1, zero], [steep[0], steep[1], 0.0]);
-            fitted[3] = fitted_edge(simd, shape, square, self.wall);
-            let left = squares(zero, [own.1, above.1, zero], [steep[0], steep[1], 0.0]);
-            walls[2 * place + 1] = Wall { shape, square, lost: w0 + own.1 - left };
-            let at_middle = 0.125 + b;
-            let shape = crease.plus_times(level, 0.5).plus_times(own.0, at_middle);
-            let square = squares(w0.mul_add(0.25, w2 + w1), [own.1, zero, zero], [at_middle, 0.0, 0.0]);
-            fitted[4] = fitted_edge(simd, shape, square, self.crease);
-            further = above;
-        }
+        let Self { level, crease, squares: [w0, w1, w2], further, .. } = self;
+        let (above, own, below) = (strips[place + 1], strips[place], strips[place - 1]);
+        // Values of the spread shapes in the strips around the edge, and 1 beyond.
+        let narrow = [1.0 - 0.5 * b, 0.5, 0.5 * b];
+        let shape =
+            level.plus_times(above.0, narrow[0]).plus_times(own.0, narrow[1]).plus_times(below.0, narrow[2]);
+        let square = squares(*w0, [above.1, own.1, below.1], narrow);
+        let wall = fitted_edge(simd, shape, square, priors[WALL]);
+        // A wall that falls leaves of a level of 1 what one that rises has on the other side.
+        let left = squares(zero, [below.1, own.1, above.1], narrow);
+        walls[2 * place] = Wall { shape, square, lost: *w0 + above.1 + own.1 + below.1 - left };
+        // The strip above is wholly beyond what follows.
+        *crease = crease.plus(*level).plus_times(above.0, 0.5);
+        *w2 = w1.mul_add(2.0, above.1.mul_add(0.25, *w2 + *w0));
+        *w1 = above.1.mul_add(0.5, *w1 + *w0);
+        *w0 += above.1;
+        *level = level.plus(above.0);
+        let shape = crease.plus_times(above.0, 0.5 * b).plus_times(own.0, 0.5 * b);
+        let near = [0.5 + 0.5 * b, 0.5 * b];
+        let square = squares(above.1.mul_add(-0.25, *w2), [above.1, own.1, zero], [near[0], near[1], 0.0]);
+        let crease_at_edge = fitted_edge(simd, shape, square, priors[CREASE]);
+        let wide = [0.75 - 0.25 * b, 0.25 + 0.25 * b, 0.25 * b];
+        let most = 1.0 - 0.25 * b;
+        let shape = level.plus_times(further.0, most - 1.0).plus_times(above.0, wide[0] - 1.0);
+        let shape = shape.plus_times(own.0, wide[1]).plus_times(below.0, wide[2]);
+        let beyond = further.1.mul_add(most * most - 1.0, *w0 - above.1);
+        let square = squares(beyond, [above.1, own.1, below.1], wide);
+        let wide_wall = fitted_edge(simd, shape, square, priors[WALL]);
+        let steep = [1.0 - b, b];
+        let shape = level.plus_times(above.0, steep[0] - 1.0).plus_times(own.0, steep[1]);
+        let square = squares(*w0 - above.1, [above.1, own.1, zero], [steep[0], steep[1], 0.0]);
+        let step = fitted_edge(simd, shape, square, priors[WALL]);
+        let left = squares(zero, [own.1, above.1, zero], [steep[0], steep[1], 0.0]);
+        walls[2 * place + 1] = Wall { shape, square, lost: *w0 + own.1 - left };
+        let at_middle = 0.125 + b;
+        let shape = crease.plus_times(*level, 0.5).plus_times(own.0, at_middle);
+        let square = squares(w0.mul_add(0.25, *w2 + *w1), [own.1, zero, zero], [at_middle, 0.0, 0.0]);
+        let crease_in_middle = fitted_edge(simd, shape, square, priors[CREASE]);
+        *further = above;
+        [wall, crease_at_edge, wide_wall, step, crease_in_middle]
     }
 }
 

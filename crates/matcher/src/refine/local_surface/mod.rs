@@ -9,6 +9,7 @@
 
 mod approximate;
 mod averaged;
+mod directions;
 mod disagreement;
 mod disc;
 mod discs;
@@ -55,10 +56,6 @@ const HALF_LARGE_PX: f32 = 3.6;
 /// Discs grow to this many times the large one's radius, in powers of two: 115 px across.
 const MOST_HALVINGS: usize = 3;
 
-/// Edges of neighbouring directions lie this far apart at the rim of the disc, in px, where nothing
-/// else is asked.
-const RIM_PX: f32 = 1.4;
-
 /// Variance of the blur before anything is seen, in px^2, and one over the variance of that: a
 /// pixel's aperture has 1/12, and a lens spreads a point by some 0.45 px; 0.1 more or less.
 const EXPECTED_BLUR: f64 = 0.28;
@@ -94,19 +91,18 @@ pub enum Sizes {
 }
 
 impl Sizes {
-    fn model(self, rim_px: f32, blur: f64, least_texture: f32) -> Model {
+    fn model(self, blur: f64, least_texture: f32) -> Model {
         let (shapes, wanted_sigma_px) = match self {
             Self::Equal => ([Shapes::Planes; 2], f64::INFINITY),
             Self::Two => ([Shapes::PlanesAndEdges, Shapes::Planes], f64::INFINITY),
             Self::Growing { wanted_sigma_px } => ([Shapes::PlanesAndEdges; 2], wanted_sigma_px),
         };
         let wanted_variance = wanted_sigma_px.powi(2) as f32;
-        Model { shapes, rim_px, blur: blur as f32, least_texture, wanted_variance }
+        Model { shapes, blur: blur as f32, least_texture, wanted_variance }
     }
 }
 
-/// The disparities of a step before the last, in px from `origin`. Every other direction of edges
-/// is tried.
+/// The disparities of a step before the last, in px from `origin`.
 pub(super) fn rough_surface(
     level: Level,
     observations: &mut ObservationMaps,
@@ -119,7 +115,7 @@ pub(super) fn rough_surface(
         // What the step finds is a guess.
         Sizes::Equal | Sizes::Growing { .. } => Sizes::Growing { wanted_sigma_px: f64::INFINITY },
     };
-    let model = sizes.model(2.0 * RIM_PX, EXPECTED_BLUR, 0.0);
+    let model = sizes.model(EXPECTED_BLUR, 0.0);
     surface(level, &Observed::of(observations, guess, origin), model).disparity
 }
 
@@ -147,7 +143,7 @@ pub(super) fn joined(
     blur = blur.max(APERTURE);
     observations.forget_template();
     let observed = Observed::of(observations, guess, origin);
-    let model = sizes.model(RIM_PX, blur, least_texture);
+    let model = sizes.model(blur, least_texture);
     let mut surface = match sizes {
         Sizes::Equal => Discs::new(EQUAL, None, &model, 1.0).surface(level, &observed, &observed.guess),
         Sizes::Two | Sizes::Growing { .. } => surface(level, &observed, model),
@@ -186,7 +182,8 @@ fn surface(level: Level, observed: &Observed, model: Model) -> Surface {
         discs = Discs::new(LARGE, large, &model, (1 << halvings) as f32);
         let mut larger = discs.surface(level, coarse, &guesses);
         for finer in (0..halvings).rev() {
-            larger = larger.doubled(if finer == 0 { observed } else { &halved[finer - 1] });
+            let has_slants = finer > 0;
+            larger = larger.doubled(if has_slants { &halved[finer - 1] } else { observed }, has_slants);
         }
         take_larger(level, observed, &mut surface, &larger, (HALF_LARGE_PX, halvings), pixels);
     }

@@ -30,9 +30,6 @@ pub(super) type EdgePriors = [EdgePrior; 3];
 pub(super) struct Model {
     /// Surfaces in the small discs, and in the larger ones.
     pub(super) shapes: [Shapes; 2],
-    /// Edges of neighbouring directions lie this far apart at the rim of the disc, in px of the
-    /// disc.
-    pub(super) rim_px: f32,
     /// Variance of the point spread of lens and aperture, in px^2.
     pub(super) blur: f32,
     /// Pixels whose mean precision is less, in 1/px^2, show no more texture than noise does.

@@ -14,9 +14,8 @@ const LARGEST_SHARE: f32 = 0.95;
 /// would pull the mean to the guess.
 const LARGEST_STEP_PX: f32 = 1.0;
 const STEP_SIGMAS: f32 = 3.0;
-/// Observations of one surface among 2 x 2 pixels have guesses that differ by this much at most, in
-/// px.
-const ONE_SURFACE_PX: f32 = 0.5;
+/// Guesses of one surface among 2 x 2 pixels differ by this much at most, in px.
+pub(super) const ONE_SURFACE_PX: f32 = 0.5;
 
 /// Observed disparities.
 pub(super) struct Observed {

@@ -1,4 +1,5 @@
-//! Sums over the neighbourhood of each pixel, with Gaussian weights.
+//! Sums over the neighbourhood of each pixel, with Gaussian weights; for wide ones over cells of
+//! pixels first.
 
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
@@ -10,6 +11,18 @@ use crate::refine::padded::{PAD, Padded};
 const REACH_SIGMAS: f32 = 2.5;
 /// Rows that are summed together.
 const BAND_ROWS: usize = 32;
+
+/// Cells are pixels of a map that has been halved so often.
+pub(super) const CELL_HALVINGS: usize = 3;
+/// Pixels from one to the next.
+pub(super) const CELL: usize = 1 << CELL_HALVINGS;
+/// Standard deviation of the Gaussian over cells, in cells: 29 px.
+const SIGMA_CELLS: f32 = 3.6;
+
+/// Sums of a map of cells over the neighbourhood of each.
+pub(super) fn pooled_cells(level: Level, map: &Padded) -> Padded {
+    pooled(level, map, SIGMA_CELLS)
+}
 
 /// Sums of a map with Gaussian weights of this standard deviation in px, 1 in the middle. Beyond
 /// the borders there is nothing.

@@ -13,7 +13,7 @@
 //! by expectation maximisation (Dempster, Laird and Rubin 1977; mixture of known densities). A
 //! family's variance is the mean of its T^2.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 
 use super::discs::Discs;
 use super::model::{EdgePrior, EdgePriors, Model};
@@ -23,8 +23,8 @@ use super::observed::Observed;
 const DEVIATIONS: [f64; 5] = [0.0125, 0.025, 0.05, 0.1, 0.2];
 /// Each family is expected at this share of the discs before anything is observed, as sure as if so
 /// many discs had shown it: others cannot exclude an edge in one.
-const SHARE_BEFORE: f64 = 0.1;
-const DISCS_BEFORE: f64 = 100.0;
+const SHARE_BEFORE: f32 = 0.1;
+const DISCS_BEFORE: f32 = 100.0;
 /// Steps of expectation maximisation: shares are known to their own chance then.
 const STEPS: usize = 200;
 
@@ -34,38 +34,44 @@ fn of_deviation(deviation: f64) -> EdgePriors {
     [prior(deviation), prior(0.5 * deviation), prior(deviation)]
 }
 
+/// What a disc's observations are multiplied in likelihood by for each family and deviation, and by
+/// no edge: 1.
+const KINDS: usize = 3 * DEVIATIONS.len() + 1;
+
 /// What discs of this squared radius tell of edges.
 pub(super) fn learned(level: Level, observed: &Observed, squared_radius: usize, model: &Model) -> EdgePriors {
     let tried = DEVIATIONS.map(of_deviation);
-    let likelihoods = tried.map(|edges| Discs::likelihoods(level, observed, squared_radius, (model, edges)));
-    let mut shares = [[SHARE_BEFORE / DEVIATIONS.len() as f64; 3]; DEVIATIONS.len()];
-    let count = likelihoods[0].len();
-    for _ in 0..STEPS {
-        let rest = 1.0 - shares.iter().flatten().sum::<f64>();
-        let mut sums = [[0.0; 3]; DEVIATIONS.len()];
-        for disc in 0..count {
-            let mut weights = [[0.0; 3]; DEVIATIONS.len()];
-            let mut whole = rest;
-            for (index, of_deviation) in likelihoods.iter().enumerate() {
-                for family in 0..3 {
-                    let weight = shares[index][family] * f64::from(of_deviation[disc][family]);
-                    weights[index][family] = weight;
-                    whole += weight;
-                }
-            }
-            for (sum, weight) in sums.iter_mut().flatten().zip(weights.iter().flatten()) {
-                *sum += weight / whole;
-            }
-        }
-        let before = DISCS_BEFORE * SHARE_BEFORE / DEVIATIONS.len() as f64;
-        for (share, sum) in shares.iter_mut().flatten().zip(sums.iter().flatten()) {
-            *share = (sum + before) / (count as f64 + DISCS_BEFORE);
-        }
-    }
+    let of_deviation = |edges| Discs::likelihoods(level, observed, squared_radius, (model, edges));
+    let found = tried.map(of_deviation);
+    let of_disc = |disc: usize| {
+        let kind = |kind: usize| found.get(kind / 3).map_or(1.0, |likelihoods| likelihoods[disc][kind % 3]);
+        std::array::from_fn(kind)
+    };
+    let likelihoods: Vec<[f32; KINDS]> = (0..found[0].len()).map(of_disc).collect();
+    let shares = dispatch!(level, _simd => shares(&likelihoods));
     std::array::from_fn(|family| {
-        let share: f64 = shares.iter().map(|shares| shares[family]).sum();
-        let variances =
-            shares.iter().zip(&tried).map(|(shares, edges)| shares[family] * edges[family].variance);
+        let of_family = || (0..DEVIATIONS.len()).map(|index| (f64::from(shares[3 * index + family]), index));
+        let share: f64 = of_family().map(|(share, _)| share).sum();
+        let variances = of_family().map(|(share, index)| share * tried[index][family].variance);
         EdgePrior { share, variance: variances.sum::<f64>() / share }
     })
+}
+
+/// The shares of the discs that are of each kind.
+#[inline(always)]
+fn shares(likelihoods: &[[f32; KINDS]]) -> [f32; KINDS] {
+    let none = KINDS - 1;
+    let mut before = [SHARE_BEFORE / DEVIATIONS.len() as f32; KINDS];
+    before[none] = 1.0 - before[..none].iter().sum::<f32>();
+    let mut shares = before;
+    for _ in 0..STEPS {
+        let mut sums = before.map(|share| DISCS_BEFORE * share);
+        for likelihoods in likelihoods {
+            let weights: [f32; KINDS] = std::array::from_fn(|kind| shares[kind] * likelihoods[kind]);
+            let over = 1.0 / weights.iter().sum::<f32>();
+            sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * over);
+        }
+        shares = sums.map(|sum| sum / (likelihoods.len() as f32 + DISCS_BEFORE));
+    }
+    shares
 }

@@ -23,11 +23,11 @@
 //! the noise that is left in a sum of many, which interpolation does not change. White noise has g
 //! (1 + ...) = 1.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use super::observed::Observed;
-use super::pooling::{halved_sums, pooled};
+use super::pooling::{CELL, CELL_HALVINGS, halved_sums, pooled_cells};
 use super::surface::Surface;
 use crate::refine::padded::{PAD, Padded};
 
@@ -35,10 +35,6 @@ use crate::refine::padded::{PAD, Padded};
 const NEAR: [(usize, isize); 6] = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2)];
 /// ... and between pixels whose noise is not, but whose relief is.
 const APART: [(usize, isize); 4] = [(3, 0), (0, 3), (2, 2), (2, -2)];
-/// Means are taken over a Gaussian of this standard deviation, in pixels of the map that has been
-/// halved so often: 29 px.
-const SIGMA_PX: f32 = 3.6;
-const HALVINGS: usize = 3;
 /// Noise that is alike in neighbours may be alike with either sign; means over many pairs leave at
 /// least this.
 const LEAST_RAISE: f32 = 0.5;
@@ -85,29 +81,47 @@ impl<'a> Residuals<'a> {
     /// Sums over the pairs that lie so many columns and rows apart.
     fn pairs(&self, level: Level, apart: &[(usize, isize)]) -> Pairs {
         let (rows, columns) = self.extent;
-        let [mut weights, mut products] = [(); 2].map(|()| Padded::filled(rows, columns, 0.0));
-        weights.par_rows().zip(products.par_rows()).enumerate().for_each(|(y, (weights, products))| {
-            // What is added for walls and relief is no noise.
-            let (variance, addition) = (self.surface.variance.row(y), self.surface.addition.row(y));
-            let (roots, residuals) = (self.roots.row(y), self.normalised.row(y));
-            for &(across, down) in apart {
-                let Some(other) = y.checked_add_signed(down).filter(|other| *other < rows) else { continue };
-                let (others, other_residuals) = (self.roots.row(other), self.normalised.row(other));
-                for place in PAD..PAD + columns {
-                    let root = roots[place] * others[place + across];
-                    if root > 0.0 {
-                        let product = residuals[place] * other_residuals[place + across];
-                        weights[place] += root * root;
-                        products[place] += root * (product + root * (variance[place] - addition[place]));
+        let (down, across) = (rows.div_ceil(CELL), columns.div_ceil(CELL));
+        let [mut weights, mut products] = [(); 2].map(|()| Padded::filled(down, across, 0.0));
+        weights.par_rows().zip(products.par_rows()).enumerate().for_each(
+            |(cell_row, (weights, products))| {
+                // Of each column.
+                let mut sums = vec![[0.0; 2]; columns];
+                for y in CELL * cell_row..(CELL * (cell_row + 1)).min(rows) {
+                    for &(right, down) in apart {
+                        let Some(other) = y.checked_add_signed(down).filter(|other| *other < rows) else {
+                            continue;
+                        };
+                        dispatch!(level, _simd => self.add_pairs(y, (right, other), &mut sums));
                     }
                 }
-            }
-        });
-        Pairs { weights: self.pooled(level, weights), products: self.pooled(level, products) }
+                let cells = weights[PAD..].iter_mut().zip(&mut products[PAD..]).zip(sums.chunks(CELL));
+                for ((weight, product), columns) in cells {
+                    *weight = columns.iter().map(|sums| sums[0]).sum();
+                    *product = columns.iter().map(|sums| sums[1]).sum();
+                }
+            },
+        );
+        Pairs { weights: pooled_cells(level, &weights), products: pooled_cells(level, &products) }
     }
 
-    fn pooled(&self, level: Level, map: Padded) -> Padded {
-        pooled(level, &halved_sums(map, self.extent, HALVINGS), SIGMA_PX)
+    /// Adds the pairs of pixels of row `y` and those so many columns to the right in the `other` row.
+    #[inline(always)]
+    fn add_pairs(&self, y: usize, (right, other): (usize, usize), sums: &mut [[f32; 2]]) {
+        let own = PAD..PAD + sums.len();
+        let others = own.start + right..own.end + right;
+        // What is added for walls and relief is no noise.
+        let maps = [&self.surface.variance, &self.surface.addition, &self.roots, &self.normalised];
+        let [variance, addition, roots, residuals] = maps.map(|map| &map.row(y)[own.clone()]);
+        let [other_roots, other_residuals] =
+            [&self.roots, &self.normalised].map(|map| &map.row(other)[others.clone()]);
+        for (index, [weight, product]) in sums.iter_mut().enumerate() {
+            let root = roots[index] * other_roots[index];
+            let alike = residuals[index] * other_residuals[index];
+            let term = root * (alike + root * (variance[index] - addition[index]));
+            *weight += root * root;
+            *product += if root > 0.0 { term } else { 0.0 };
+        }
     }
 }
 
@@ -115,11 +129,12 @@ impl<'a> Residuals<'a> {
 pub(super) fn raise_by_residuals(level: Level, observed: &Observed, surface: &mut Surface, noise_gain: f32) {
     let residuals = Residuals::of(observed, surface);
     let (near, apart) = (residuals.pairs(level, &NEAR), residuals.pairs(level, &APART));
-    let precisions = residuals.pooled(level, observed.precision.clone());
+    let precisions = halved_sums(observed.precision.clone(), residuals.extent, CELL_HALVINGS);
+    let precisions = pooled_cells(level, &precisions);
     surface.variance.par_rows().enumerate().for_each(|(y, variance)| {
-        let row = y >> HALVINGS;
+        let row = y >> CELL_HALVINGS;
         for (place, variance) in variance.iter_mut().enumerate().skip(PAD).take(observed.columns) {
-            let cell = PAD + ((place - PAD) >> HALVINGS);
+            let cell = PAD + ((place - PAD) >> CELL_HALVINGS);
             let at = |map: &Padded| map.row(row)[cell];
             if at(&apart.weights) > 0.0 {
                 let relief = at(&apart.products) / at(&apart.weights);

@@ -27,9 +27,9 @@
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
-use super::disagreement::{CELL_HALVINGS, disagreement};
+use super::disagreement::disagreement;
 use super::observed::{Observed, spare};
-use super::pooling::{halved_sums, pooled};
+use super::pooling::{CELL_HALVINGS, halved_sums, pooled};
 use super::surface::Surface;
 use crate::refine::padded::{PAD, Padded};
 

@@ -4,8 +4,7 @@ use fearless_simd::{Select, Simd, SimdBase, f32x16, mask32x16};
 use rayon::prelude::*;
 
 use super::observed::Observed;
-use crate::refine::moments::LANES;
-use crate::refine::padded::{PAD, Padded};
+use crate::refine::padded::{LANES, PAD, Padded};
 
 /// A disparity this far from a pixel's guess is another surface's, in px.
 const ANOTHER_SURFACE_PX: f32 = 1.0;
@@ -71,8 +70,8 @@ impl Surface {
     }
 
     /// The same at twice the resolution, for the surfaces of `fine`: along the planes of the discs.
-    pub(super) fn doubled(&self, fine: &Observed) -> Self {
-        let mut doubled = Self::unknown(fine.rows(), fine.columns, true);
+    pub(super) fn doubled(&self, fine: &Observed, has_slants: bool) -> Self {
+        let mut doubled = Self::unknown(fine.rows(), fine.columns, has_slants);
         doubled.par_row_pairs().enumerate().for_each(|(half, rows)| {
             let (d, variance, addition) =
                 (self.disparity.row(half), self.variance.row(half), self.addition.row(half));
@@ -87,8 +86,10 @@ impl Surface {
                     let same = (disparity - guess[place]).abs() < ANOTHER_SURFACE_PX;
                     row[1][place] = if same { variance[from] } else { f32::INFINITY };
                     row[2][place] = addition[from];
-                    row[3][place] = 0.5 * p[from];
-                    row[4][place] = 0.5 * q[from];
+                    if has_slants {
+                        row[3][place] = 0.5 * p[from];
+                        row[4][place] = 0.5 * q[from];
+                    }
                 }
             }
         });

@@ -13,7 +13,6 @@ const ROWS: usize = 40;
 const COLUMNS: usize = 70;
 const MODEL: Model = Model {
     shapes: [Shapes::PlanesAndEdges; 2],
-    rim_px: RIM_PX,
     blur: 0.0,
     least_texture: 0.0,
     wanted_variance: f32::INFINITY,
@@ -56,8 +55,8 @@ fn inside(x: f32, y: f32) -> bool {
 #[test]
 fn powers_and_logarithms_are_as_exact_as_they_say() {
     dispatch!(Level::new(), simd => {
-        for index in 0..800_u16 {
-            let exponent = -0.1 * f32::from(index);
+        for index in 0..1600_u16 {
+            let exponent = 80.0 - 0.1 * f32::from(index);
             let power = power_of_two(simd, f32x16::splat(simd, exponent)).as_slice()[0];
             let exact = f64::from(exponent).exp2();
             assert!((f64::from(power) / exact - 1.0).abs() < 1e-4, "2^{exponent}: {power}");
@@ -73,7 +72,7 @@ fn discs_have_the_pixels_that_they_say_and_strips_hold_each_once() {
     for (squared_radius, count) in [(SMALL, 32), (LARGE, 164)] {
         let points = points(squared_radius);
         assert_eq!(points.len(), count);
-        for direction in directions(&points, RIM_PX) {
+        for direction in directions(&points) {
             let mut order = direction.points.clone();
             order.sort_unstable();
             assert!(order.iter().enumerate().all(|(index, point)| usize::from(*point) == index));
@@ -98,7 +97,8 @@ fn planes_are_found_as_they_are_and_known_as_well_as_discs_allow() {
 
 #[test]
 fn steps_at_any_angle_end_discs() {
-    for degrees in [0.0_f32, 20.0, 33.0, 45.0, 71.0, 90.0] {
+    // On the directions that are tried first and last, and between all.
+    for degrees in (0..16_u8).flat_map(|index| [0.0, 0.37].map(|part| 11.25 * (f32::from(index) + part))) {
         let (sine, cosine) = degrees.to_radians().sin_cos();
         let across = |x: f32, y: f32| cosine * (x - 35.3) + sine * (y - 20.2);
         let step = |x: f32, y: f32| if across(x, y) > 0.0 { 0.2 } else { 0.0 };

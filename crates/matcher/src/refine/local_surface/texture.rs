@@ -1,6 +1,7 @@
 //! How clear the texture around each pixel is.
 
 use fearless_simd::Level;
+use rayon::prelude::*;
 
 use super::observed::Observed;
 use super::pooling::{of_observed, pooled};
@@ -13,7 +14,7 @@ const TEXTURE_PX: f32 = 2.0;
 pub(super) fn texture(level: Level, observed: &Observed) -> Padded {
     let mut texture = pooled(level, &observed.precision, TEXTURE_PX);
     let counts = pooled(level, &of_observed(observed, |_, _| 1.0), TEXTURE_PX);
-    texture.values.iter_mut().zip(&counts.values).for_each(|(sum, count)| {
+    texture.values.par_iter_mut().zip(&counts.values).for_each(|(sum, count)| {
         // Where there is nothing, the sum is nothing, too.
         *sum /= count.max(f32::MIN_POSITIVE);
     });
