@@ -13,8 +13,8 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, f32x16};
 use super::approximate::power_of_two;
 use super::edge_shapes::AtInner;
 
-/// Weights are counted from a reference that follows the likeliest edge once this is more likely by
-/// this power of two: so far a number of single precision can count.
+/// When an edge is more likely than the reference by this power of two, the reference becomes the
+/// likeliest edge. Sums of such weights stay in the range of single precision.
 const FARTHEST: f32 = 40.0;
 
 /// An edge that has been fitted: logarithm of its weight to the base 2, alpha, 1 / S, the whitened

@@ -1,8 +1,8 @@
 //! Edges in any direction through a disc, and which of them are tried.
 //!
-//! Rows, columns and both diagonals are tried first. Where their edges explain something,
-//! directions between follow, always beside those that have a part of the weight: so a disc with an
-//! edge tries as few as a plane does, and no more are between the best ones and the edge's own.
+//! Rows, columns and both diagonals are tried first. Where their edges explain something, those
+//! between follow, and so on. Only directions beside one that has a part of the weight are tried,
+//! so most of them never are.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 

@@ -1,11 +1,11 @@
 //! The surface through the observations of all pixels.
 //!
 //! In discs around each pixel the surface is a plane, or a plane with an edge through it (`plane`,
-//! `edges`). The average over both, and over all shapes, places and directions of the edge, is the
-//! posterior's mean (`discs`). Discs grow fourfold, and the surfaces by two sizes are averaged by
-//! how well they predict the observations (`sizes`, `disagreement`). The largest discs work on sums
-//! of 2 x 2 and more pixels (`observed`), and only where sigma is larger than wanted. No direction
-//! is preferred.
+//! `edges`, `directions`). The average over both, and over all shapes, places and directions of the
+//! edge, is the posterior's mean (`discs`). Discs grow fourfold, and the surfaces by two sizes are
+//! averaged by how well they predict the observations (`sizes`, `disagreement`). The largest discs
+//! work on sums of 2 x 2 and more pixels (`observed`), and only where sigma is larger than wanted. No
+//! direction is preferred.
 
 mod approximate;
 mod averaged;
