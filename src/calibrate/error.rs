@@ -10,6 +10,7 @@ use epirig_calibration::rectification::RectifyError;
 use epirig_calibration::stage_axis::StageAxisError;
 use epirig_calibration::target::{OtherSize, TargetError};
 use epirig_calibration::texture_motion::TextureMotionError;
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::tau::TauError;
 use epirig_data::formats::FormatError;
 use epirig_data::sequence::SequenceError;
@@ -256,18 +257,35 @@ pub enum CalibrateError {
     },
 }
 
-impl CalibrateError {
-    /// Whether the frames were rejected, in contrast to failures of files.
-    pub fn is_rejection(&self) -> bool {
-        !matches!(
-            self,
-            Self::Sequence(_)
-                | Self::Read(_)
-                | Self::BadRecord { .. }
-                | Self::Map { .. }
-                | Self::Stale { .. }
-                | Self::Exists { .. }
-                | Self::Io { .. }
-        )
+impl Fault for CalibrateError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Sequence(error) => error.blame(),
+            Self::Read(error) => error.blame(),
+            Self::Io { .. } => Blame::System,
+            Self::Exists { .. }
+            | Self::NoTarget
+            | Self::NoBaseline
+            | Self::BoardNotDescribed { .. }
+            | Self::LensSize { .. } => Blame::Request,
+            Self::BadRecord { .. } | Self::Map { .. } | Self::Stale { .. } => Blame::Data,
+            Self::Nothing { .. }
+            | Self::Photometry(_)
+            | Self::OtherBoard { .. }
+            | Self::BoardsNotFound { .. }
+            | Self::Lens { .. }
+            | Self::Exchanged { .. }
+            | Self::LensDoesNotFit { .. }
+            | Self::Target(_)
+            | Self::TargetBlurred { .. }
+            | Self::StandsStill { .. }
+            | Self::StageAxis(_)
+            | Self::ScaleContradicts { .. }
+            | Self::Positions(_)
+            | Self::TextureMotion(_)
+            | Self::Apart { .. }
+            | Self::Returns { .. }
+            | Self::Rectify(_) => Blame::Rejection,
+        }
     }
 }

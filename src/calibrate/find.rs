@@ -35,7 +35,7 @@ pub struct Calibrated {
 /// Calibrates a sequence with all frames and descriptions that exist.
 ///
 /// # Errors
-/// [`CalibrateError`]: the frames are rejected with a reason ([`CalibrateError::is_rejection`]), or files
+/// [`CalibrateError`]: the frames are rejected with a reason ([`Blame::Rejection`](epirig_core::fault::Blame)), or files
 /// cannot be read.
 pub fn calibrate(
     sequence: &Sequence,

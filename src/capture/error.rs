@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::settings::{ChangedSetting, listed};
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::SequenceError;
-use epirig_devices::Blame;
 use epirig_devices::camera::CameraError;
 use epirig_devices::stage::StageError;
 
@@ -192,6 +192,33 @@ pub enum CaptureError {
     },
 }
 
+impl Fault for CaptureError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Interrupted { .. } => Blame::Resumable,
+            Self::Stage(error)
+            | Self::StageReconnectTimeout { source: error, .. }
+            | Self::CannotHome { source: error, .. } => error.blame(),
+            Self::Camera(error) => error.blame(),
+            Self::Sequence(error) => error.blame(),
+            Self::ReplayEnded { source, .. } => source.blame(),
+            Self::NotAsRecorded { .. } => Blame::Data,
+            Self::Paused | Self::NotBegun => Blame::Interruption,
+            Self::NotArranged { .. }
+            | Self::EmptyPlan(_)
+            | Self::BeyondTravel { .. }
+            | Self::NotThisScan { .. } => Blame::Request,
+            Self::Saturated { .. }
+            | Self::NoMotion { .. }
+            | Self::Moved { .. }
+            | Self::SettingsChanged { .. }
+            | Self::RetriesExhausted { .. }
+            | Self::LightChanged { .. }
+            | Self::NotClosed { .. } => Blame::Device,
+        }
+    }
+}
+
 impl CaptureError {
     /// The cause of [`Interrupted`](Self::Interrupted) or [`ReplayEnded`](Self::ReplayEnded); else the error
     /// itself.
@@ -206,7 +233,7 @@ impl CaptureError {
     pub fn is_wanted(&self) -> bool {
         match self.cause() {
             Self::Paused | Self::NotBegun | Self::Camera(CameraError::Interrupted { .. }) => true,
-            Self::Stage(error) => error.consequence().blame == Blame::Interruption,
+            Self::Stage(error) => error.blame() == Blame::Interruption,
             _ => false,
         }
     }

@@ -22,7 +22,7 @@ use epirig_calibration::lens::{LensEstimate, opencv_yaml, ros_camera_info};
 use epirig_calibration::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};
-use epirig_data::storage::read_text;
+use epirig_data::storage::{ReadError, read_text};
 
 /// Calibrate: illumination, lens, stage axis, positions of frames
 ///
@@ -92,13 +92,13 @@ impl CalibrateVerb {
         self.anyway.check(&sequence, talk)?;
         let folder = self.export_lens.as_deref().and_then(Path::parent);
         if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-            return Err(CliError::Usage(format!(
+            return Err(CliError::usage(format!(
                 "{}: the folder for --export-lens does not exist; create it first",
                 folder.display()
             )));
         }
         if let Some(path) = self.export_lens.as_deref().filter(|path| path.symlink_metadata().is_ok()) {
-            return Err(CliError::Usage(format!("{} exists already; give another name", path.display())));
+            return Err(CliError::usage(format!("{} exists already; give another name", path.display())));
         }
         let plan = self.plan(&sequence)?;
         let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
@@ -178,21 +178,21 @@ const LARGEST_LENS: u64 = 16 << 20;
 fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, CliError> {
     let name = path.display().to_string();
     if !path.exists() {
-        return Err(CliError::Usage(format!(
+        return Err(CliError::usage(format!(
             "{name}: no such lens file; give a YAML file of OpenCV or ROS, or a calibration.json"
         )));
     }
     let estimate = if path.extension().is_some_and(|ending| ending == "json") {
         read_calibration_file(path)?.lens.estimate
     } else {
-        let text = read_text(path, LARGEST_LENS).map_err(|error| match error.is_trouble() {
-            true => CliError::Read(error),
-            false => CliError::Integrity(format!(
+        let text = read_text(path, LARGEST_LENS).map_err(|error| match error {
+            ReadError::Io { .. } => CliError::from(error),
+            _ => CliError::data(format!(
                 "{error} (a lens is a YAML file of OpenCV or ROS, or a calibration.json)"
             )),
         })?;
         let file =
-            opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;
+            opencv_yaml::read_lens(&text).map_err(|error| CliError::data(format!("{name}: {error}")))?;
         let (rows, columns) = (file.rows.unwrap_or(rows), file.columns.unwrap_or(columns));
         LensEstimate::of_a_calibration(file.lens, rows, columns)
     };
@@ -204,7 +204,7 @@ fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, 
             principal_point_y_px: lens.principal_point_y_px,
         };
         if let Some(reason) = intrinsics.impossible(estimate.rows, estimate.columns) {
-            return Err(CliError::Integrity(format!("{name}: {reason}; check the file")));
+            return Err(CliError::data(format!("{name}: {reason}; check the file")));
         }
     }
     Ok(LensKnowledge::File { name, estimate: Box::new(estimate) })

@@ -45,7 +45,7 @@ impl Console {
         let profile = self.rig.profile(options)?;
         let driver = profile.stage.driver;
         let dialect = driver.console().ok_or_else(|| {
-            CliError::Usage(format!("the driver {driver} has no lines that can be sent by hand"))
+            CliError::usage(format!("the driver {driver} has no lines that can be sent by hand"))
         })?;
         let line = Stages::new(&profile, self.stage.transcript(), talk)?.line(dialect.baud)?;
         let mut line = match dialect.distrust {
@@ -68,7 +68,7 @@ impl Console {
         }
         if self.lines.is_empty() {
             for typed in std::io::stdin().lock().lines() {
-                exchanges.push(send(typed?)?);
+                exchanges.push(send(typed.map_err(CliError::output)?)?);
             }
         }
         // As text, it was printed as it came.

@@ -51,23 +51,23 @@ impl Decode {
         let (recorded, entries) = match parsed {
             Ok(transcript) => (Driver::named(&transcript.heading.dialect), transcript.entries),
             Err(TranscriptError::NotATranscript) => (None, plain(bytes)),
-            Err(error) => return Err(CliError::Integrity(format!("{}: {error}", self.file.display()))),
+            Err(error) => return Err(CliError::data(format!("{}: {error}", self.file.display()))),
         };
         if let Some((_, recorded)) = self.dialect.zip(recorded).filter(|(said, recorded)| said != recorded) {
-            return Err(CliError::Usage(format!(
+            return Err(CliError::usage(format!(
                 "{} is a transcript of the dialect {}; leave --dialect out",
                 self.file.display(),
                 recorded.name()
             )));
         }
         let dialect = self.dialect.or(recorded).ok_or_else(|| {
-            CliError::Usage(format!(
+            CliError::usage(format!(
                 "{} is not a transcript of epirig; describe the bytes with --dialect and --side",
                 self.file.display()
             ))
         })?;
         let decoder = dialect.decoder();
-        let mut decoder = decoder.ok_or_else(|| CliError::Usage(format!("{dialect} has no serial line")))?;
+        let mut decoder = decoder.ok_or_else(|| CliError::usage(format!("{dialect} has no serial line")))?;
         let mut lines = Vec::new();
         let end_s = entries.last().map_or(0.0, |entry| entry.time.as_secs_f64());
         for entry in entries {
@@ -98,7 +98,7 @@ fn read(path: &Path) -> Result<Vec<u8>, CliError> {
     }
     let mut bytes = Vec::new();
     let read = std::io::stdin().take(LARGEST_RECORDING + 1).read_to_end(&mut bytes);
-    read.map_err(|source| CliError::File { path: path.to_owned(), action: "read", source })?;
+    read.map_err(CliError::file("read", path))?;
     if bytes.len() as u64 > LARGEST_RECORDING {
         return Err(ReadError::TooLarge { path: path.to_owned(), limit: LARGEST_RECORDING }.into());
     }

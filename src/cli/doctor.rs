@@ -9,6 +9,7 @@ use super::scan::Devices;
 use super::{CliError, Talk};
 use crate::doctor::{Check, DoctorPlan, Report, Verdict, examine};
 use crate::profile::Profile;
+use epirig_core::fault::Blame;
 use epirig_data::storage::free_bytes;
 use epirig_devices::stage::StageSource;
 
@@ -67,10 +68,14 @@ pub(super) fn refuse_if_bad(report: &Report) -> Result<(), CliError> {
     let bad: Vec<&str> = of(report, Verdict::Bad).map(|check| check.name).collect();
     match bad.as_slice() {
         [] => Ok(()),
-        names => Err(CliError::NotReady {
-            bad: names.join(", "),
-            report: serde_json::to_value(report).unwrap_or_default(),
-        }),
+        names => Err(CliError::new(
+            Blame::Device,
+            format!(
+                "the rig is not ready for this scan ({}); follow the advice, or measure with `epirig run --anyway`",
+                names.join(", ")
+            ),
+        )
+        .with_report(serde_json::to_value(report).unwrap_or_default())),
     }
 }
 

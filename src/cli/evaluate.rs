@@ -83,7 +83,7 @@ impl Evaluate {
             return talk.result(&report, || both_ways_table(&report));
         }
         let Some(truth_file) = &self.truth else {
-            return Err(CliError::Usage(
+            return Err(CliError::usage(
                 "choose a check: --truth FILE, --leave-out K, --split-half or --both-ways".to_owned(),
             ));
         };
@@ -105,7 +105,7 @@ impl Evaluate {
         let report =
             compare_with_truth(&disparity, Some(&sigma), &truth, (matched.tau_before, matched.tau_after))?;
         if report.all.pixels == 0 {
-            return Err(CliError::Integrity(format!(
+            return Err(CliError::data(format!(
                 "{}: no pixel has a true value{}; give a map that holds finite numbers there",
                 truth_file.display(),
                 if region == Region::default() { "" } else { " in the region" }

@@ -158,14 +158,14 @@ struct Exported {
 impl Export {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let output = Output::from_path(&self.out).ok_or_else(|| {
-            CliError::Usage(format!(
+            CliError::usage(format!(
                 "{} has an unknown extension; give {}",
                 self.out.display(),
                 Output::extensions()
             ))
         })?;
         if self.out.exists() {
-            return Err(CliError::Usage(format!("{} exists already; give another name", self.out.display())));
+            return Err(CliError::usage(format!("{} exists already; give another name", self.out.display())));
         }
         let found = if self.map.is_difference() { self.difference()? } else { self.of_sequence(talk)? };
         let bytes = match output {
@@ -177,11 +177,7 @@ impl Export {
             Output::Picture => self.picture(&found)?,
         };
         let place = parent(&self.out);
-        fs::create_dir_all(place).map_err(|source| CliError::File {
-            path: place.to_owned(),
-            action: "make",
-            source,
-        })?;
+        fs::create_dir_all(place).map_err(CliError::file("make", place))?;
         write_new(&self.out, &bytes)?;
         let (rows, columns) = (found.map.rows(), found.map.columns());
         let exported = Exported { file: self.out.display().to_string(), rows, columns };
@@ -212,7 +208,7 @@ impl Export {
             let map = opened.files.surface()?.map(|surface| surface.map(name)).transpose()?.flatten();
             let size = (opened.disparity.rows(), opened.disparity.columns());
             match map {
-                Some(map) if (map.rows(), map.columns()) != size => Err(CliError::Integrity(format!(
+                Some(map) if (map.rows(), map.columns()) != size => Err(CliError::data(format!(
                     "{}: its maps do not fit the sequence; run `epirig surface --overwrite` again",
                     folder.join("surface").display()
                 ))),
@@ -222,7 +218,7 @@ impl Export {
         let there = |map: Option<Grid<f32>>, verb: &str| {
             map.ok_or_else(|| {
                 let folder = folder.display();
-                CliError::Usage(format!("{folder} holds no such map; run {verb} first"))
+                CliError::usage(format!("{folder} holds no such map; run {verb} first"))
             })
         };
         let without_form = || there(of_surface("height_mm.tiff")?, "`epirig surface --overwrite`");
@@ -256,7 +252,7 @@ impl Export {
     fn difference(&self) -> Result<Found, CliError> {
         let (folder, kind) = (&self.folder, ResultsKind::Compare);
         if !folder.join(kind.summary()).is_file() {
-            return Err(CliError::Usage(format!(
+            return Err(CliError::usage(format!(
                 "{} holds no {}; give the folder that `epirig compare` wrote",
                 folder.display(),
                 kind.summary()
@@ -314,7 +310,7 @@ impl Export {
     fn points(&self, found: &Found) -> Result<Vec<u8>, CliError> {
         let heights = found.of.as_ref().and_then(|(_, opened)| opened.heights.as_ref());
         let Some(heights) = heights.filter(|_| self.map.is_height()) else {
-            return Err(CliError::Usage(
+            return Err(CliError::usage(
                 ".ply is for points in space; give --map height or --map height-without-form".to_owned(),
             ));
         };

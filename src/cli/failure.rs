@@ -3,23 +3,9 @@
 use serde::Serialize;
 use serde_json::Value;
 
-/// Trouble with a file, a disk or memory.
-pub(super) const TROUBLE: u8 = 1;
-/// Wrong use.
-pub(super) const USAGE: u8 = 2;
-/// No such device, or no access to it.
-pub(super) const NO_DEVICE: u8 = 3;
-/// A device failed.
-pub(super) const DEVICE: u8 = 4;
-/// Data are invalid or damaged.
-pub(super) const INTEGRITY: u8 = 5;
-/// Frames that do not give a calibration.
-pub(super) const REJECTED: u8 = 6;
-/// An interrupted scan that can be resumed.
-pub(super) const RESUMABLE: u8 = 7;
-/// A match in which no pixel has an answer.
-pub(super) const NO_ANSWER: u8 = 8;
-/// Interrupted: 128 + SIGINT, as shells do.
+use epirig_core::fault::Blame;
+
+/// The exit code of an interrupted verb: 128 + SIGINT, as shells do.
 pub(super) const INTERRUPTED: u8 = 130;
 
 /// A failure as `--json` prints it on stdout:
@@ -50,8 +36,9 @@ struct FailureFacts {
 }
 
 impl Failure {
-    pub(super) fn new(message: String, exit_code: u8) -> Self {
-        Self { error: FailureFacts { message, kind: kind(exit_code), exit_code, report: None } }
+    pub(super) fn new(message: &str, blame: Blame) -> Self {
+        let (exit_code, kind) = code(blame);
+        Self { error: FailureFacts { message: message.to_owned(), kind, exit_code, report: None } }
     }
 
     /// The same with what was measured before.
@@ -61,17 +48,17 @@ impl Failure {
     }
 }
 
-/// The kind of failure that an exit code stands for.
-pub(super) fn kind(exit_code: u8) -> &'static str {
-    match exit_code {
-        USAGE => "usage",
-        NO_DEVICE => "no-device",
-        DEVICE => "device",
-        INTEGRITY => "data",
-        REJECTED => "rejected",
-        RESUMABLE => "resumable",
-        NO_ANSWER => "no-answer",
-        INTERRUPTED => "interrupted",
-        _ => "trouble",
+/// The exit code of a failure, as listed in `--help`, and the name of its kind.
+pub(super) const fn code(blame: Blame) -> (u8, &'static str) {
+    match blame {
+        Blame::System => (1, "trouble"),
+        Blame::Request => (2, "usage"),
+        Blame::NoDevice => (3, "no-device"),
+        Blame::Device => (4, "device"),
+        Blame::Data => (5, "data"),
+        Blame::Rejection => (6, "rejected"),
+        Blame::Resumable => (7, "resumable"),
+        Blame::NoAnswer => (8, "no-answer"),
+        Blame::Interruption => (INTERRUPTED, "interrupted"),
     }
 }

@@ -10,8 +10,8 @@ use epirig_data::storage::{self, RealDisk};
 pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     storage::write_new(&mut RealDisk, path, bytes).map_err(|source| match source.kind() {
         io::ErrorKind::AlreadyExists => {
-            CliError::Usage(format!("{} exists already; give another name", path.display()))
+            CliError::usage(format!("{} exists already; give another name", path.display()))
         }
-        _ => CliError::File { path: path.to_owned(), action: "write", source },
+        _ => CliError::file("write", path)(source),
     })
 }

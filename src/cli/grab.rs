@@ -74,16 +74,16 @@ impl Grab {
         let variance_path = self.variance_path();
         let ending = self.out.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         if ending != "png" {
-            return Err(CliError::Usage(format!("{}: give a name that ends in .png", self.out.display())));
+            return Err(CliError::usage(format!("{}: give a name that ends in .png", self.out.display())));
         }
         for path in std::iter::once(&self.out).chain(&variance_path) {
             if path.exists() {
-                return Err(CliError::Usage(format!("{} exists already; give another name", path.display())));
+                return Err(CliError::usage(format!("{} exists already; give another name", path.display())));
             }
         }
         let folder = self.out.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-            return Err(CliError::Usage(format!(
+            return Err(CliError::usage(format!(
                 "{}: the folder does not exist; create it first",
                 folder.display()
             )));
@@ -112,7 +112,7 @@ impl Grab {
                 let averaged = averaged?;
                 let map = MapFormat::Tiff
                     .encode(&averaged.variance_dn2)
-                    .map_err(|error| CliError::Integrity(format!("{}: {error}", path.display())))?;
+                    .map_err(|error| CliError::data(format!("{}: {error}", path.display())))?;
                 write_new(path, &map)?;
                 (averaged.frame, averaged.facts, Some(averaged.saturated))
             }
@@ -168,7 +168,7 @@ impl Grab {
 }
 
 fn png(frame: &Frame) -> Result<Vec<u8>, CliError> {
-    encode_png(frame).map_err(|error| CliError::Output(std::io::Error::other(error)))
+    encode_png(frame).map_err(CliError::output)
 }
 
 fn describe(grabbed: &Grabbed) -> String {

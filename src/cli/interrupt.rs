@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use super::failure::{Failure, INTERRUPTED};
 use super::progress::{answer_failure, tell};
 use crate::capture::PauseSwitch;
+use epirig_core::fault::Blame;
 use epirig_data::storage::abandon;
 use epirig_devices::stage::{StopSwitch, Urgency};
 
@@ -122,7 +123,7 @@ fn interrupted() {
                 }
             };
             tell(&format!("error: {words}"));
-            answer_failure(&Failure::new(words.to_owned(), INTERRUPTED));
+            answer_failure(&Failure::new(words, Blame::Interruption));
             std::process::exit(i32::from(INTERRUPTED));
         }
     }

@@ -15,11 +15,11 @@ const LARGEST_TABLE: u64 = 1 << 20;
 pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec<ExposureLevel>, CliError> {
     let name = path.display();
     let text = read_text(path, LARGEST_TABLE)
-        .map_err(|error| CliError::Usage(format!("cannot read the table of exposures: {error}")))?;
+        .map_err(|error| CliError::usage(format!("cannot read the table of exposures: {error}")))?;
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let bad = |line: u64, reason: String| {
-        CliError::Integrity(format!(
+        CliError::data(format!(
             "{name}, line {line}: {reason}; write a line \"file,exposure\" and below it a line for each flat image, such as \"flat-1.png,2000\""
         ))
     };

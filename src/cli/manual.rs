@@ -40,13 +40,9 @@ impl Manual {
         let taken = pages.iter().map(|page| self.out.join(&page.name)).find(|path| path.exists());
         if let Some(path) = taken {
             let message = format!("{} exists already; remove it, or give another folder", path.display());
-            return Err(CliError::Usage(message));
+            return Err(CliError::usage(message));
         }
-        fs::create_dir_all(&self.out).map_err(|source| CliError::File {
-            path: self.out.clone(),
-            action: "make",
-            source,
-        })?;
+        fs::create_dir_all(&self.out).map_err(CliError::file("make", &self.out))?;
         for page in &pages {
             write_new(&self.out.join(&page.name), page.text.as_bytes())?;
         }

@@ -70,14 +70,14 @@ impl Match {
             });
         if let Some(row) = self.figure_row.filter(|&row| row >= rows) {
             let last = rows - 1;
-            return Err(CliError::Usage(format!("there is no row {row} to draw; the last is {last}")));
+            return Err(CliError::usage(format!("there is no row {row} to draw; the last is {last}")));
         }
         options.check(rows, columns, sequence.frames().len())?;
         let region = self.region.region(rows, columns, talk)?;
         if let (Some(row), Some(inside)) = (self.figure_row, region.inside(rows, columns))
             && !inside.row(row).contains(&true)
         {
-            return Err(CliError::Usage(format!(
+            return Err(CliError::usage(format!(
                 "row {row} cannot be drawn, because no pixel of it is inside; give --figure-row another one"
             )));
         }

@@ -59,7 +59,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use tracing::{Span, error, info, info_span};
 
 use error::CliError;
-use failure::{Failure, kind};
+use failure::{Failure, code};
 use help::Extent;
 use log::LogArguments;
 use memory::share_arena;
@@ -173,8 +173,8 @@ impl Verb {
         match &done {
             Ok(()) => info!(seconds, "done"),
             Err(failure) => {
-                let exit_code = failure.exit_code();
-                error!(seconds, exit_code, kind = kind(exit_code), reason = failure.in_words(), "failed");
+                let (exit_code, kind) = code(failure.blame());
+                error!(seconds, exit_code, kind, reason = failure.message(), "failed");
             }
         }
         done
@@ -199,9 +199,9 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             talk.clear();
-            tell(&format!("error: {}", error.in_words()));
-            answer_failure(&Failure::new(error.in_words(), error.exit_code()).with_report(error.report()));
-            ExitCode::from(error.exit_code())
+            tell(&format!("error: {}", error.message()));
+            answer_failure(&Failure::new(error.message(), error.blame()).with_report(error.report()));
+            ExitCode::from(code(error.blame()).0)
         }
     }
 }

@@ -4,6 +4,7 @@ use super::{CliError, Talk};
 use crate::calibrate::Calibration;
 use crate::memory::{Available, Bound, available};
 use crate::pipeline::{Frames, frames_that_fit, match_need};
+use epirig_core::fault::Blame;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
 
@@ -65,13 +66,16 @@ pub(super) fn refuse_more_than_there_is(
 ) -> Result<(), CliError> {
     match available().filter(|available| bytes > available.bytes) {
         None => Ok(()),
-        Some(available) => Err(CliError::Memory {
-            what: what.to_owned(),
-            needed: size(bytes),
-            available: size(available.bytes),
-            bound: available.bound,
-            advice: advice(available),
-        }),
+        Some(available) => Err(CliError::new(
+            Blame::System,
+            format!(
+                "{what} needs up to {} of memory, and {} {}; {}",
+                size(bytes),
+                size(available.bytes),
+                available.bound,
+                advice(available)
+            ),
+        )),
     }
 }
 

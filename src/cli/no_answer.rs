@@ -3,6 +3,7 @@
 use super::{CliError, motion_words};
 use crate::calibrate::Calibration;
 use epirig_calibration::motion::{Doubt, Motion, MotionCheck};
+use epirig_core::fault::Blame;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 
@@ -14,7 +15,7 @@ pub(super) fn no_answer(
     has_range: bool,
 ) -> CliError {
     let (motion, calibrate) = measured(sequence, calibration);
-    CliError::NoAnswer(format!("{what}; {}", words(&motion, has_range, &calibrate)))
+    CliError::new(Blame::NoAnswer, format!("{what}; {}", words(&motion, has_range, &calibrate)))
 }
 
 /// What the frames show that a match of them does not take for granted, if anything; with what helps.

@@ -134,7 +134,7 @@ impl Talk {
         if !JSON.load(Ordering::SeqCst) {
             return self.print(&fitted(&text(), &std::io::stdout()));
         }
-        let line = serde_json::to_string(data).map_err(std::io::Error::other)?;
+        let line = serde_json::to_string(data).map_err(CliError::output)?;
         match ANSWERED.swap(true, Ordering::SeqCst) {
             // An interruption has printed its object already, and ends the program.
             true => Ok(()),
@@ -155,7 +155,7 @@ impl Talk {
         match print(text) {
             // A closed pipe, such as that of `head`, is not an error.
             Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-            printed => Ok(printed?),
+            printed => printed.map_err(CliError::output),
         }
     }
 

@@ -37,7 +37,7 @@ impl Rectify {
         let sequence = Sequence::open(&self.seq)?;
         self.anyway.check(&sequence, talk)?;
         let calibration = read_calibration(&sequence)?.ok_or_else(|| {
-            CliError::Usage(format!(
+            CliError::usage(format!(
                 "{0} has no {CALIBRATION}, which rectification needs; run `epirig calibrate {0}` first",
                 self.seq.display()
             ))

@@ -26,7 +26,7 @@ impl RegionArguments {
     pub(super) fn region(&self, rows: usize, columns: usize, talk: &Talk) -> Result<Region, CliError> {
         let rectangle = self.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
         if rectangle.is_some_and(|rectangle| !rectangle.fits(rows, columns)) {
-            return Err(CliError::Usage(format!(
+            return Err(CliError::usage(format!(
                 "--region exceeds the picture, whose last pixel is {},{}",
                 columns - 1,
                 rows - 1

@@ -73,7 +73,7 @@ impl Resume {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let mut profile = self.recorded()?;
         if profile.stage.is_simulated() && self.port.is_some() {
-            return Err(CliError::Usage("the stage of this scan is simulated; omit --port".to_owned()));
+            return Err(CliError::usage("the stage of this scan is simulated; omit --port".to_owned()));
         }
         profile.stage.port = self.port.clone().or(profile.stage.port);
         profile.camera.device = self.camera.clone().or(profile.camera.device);
@@ -122,7 +122,7 @@ impl Resume {
             Origin::Imported { .. } | Origin::Rectified { .. } => None,
         };
         let profile = profile.ok_or_else(|| {
-            CliError::Usage(format!("{folder} was not made by `epirig capture`; it cannot be resumed"))
+            CliError::usage(format!("{folder} was not made by `epirig capture`; it cannot be resumed"))
         })?;
         refuse_another_rig(&sequence, &profile)?;
         Ok(profile)
@@ -144,7 +144,7 @@ fn change(profile: &mut Profile, change: &Override) -> Result<(), CliError> {
         () if unit_or_not("plan.flat") => profile.plan.flat = given.plan.flat,
         () if unit_or_not("plan.board") => profile.plan.board = given.plan.board,
         () => {
-            return Err(CliError::Usage(format!(
+            return Err(CliError::usage(format!(
                 "{} cannot change in the middle of a scan; limits, plan.dark, plan.flat and plan.board can",
                 change.key
             )));

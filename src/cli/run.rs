@@ -15,12 +15,12 @@ use super::scan::{Captured, Course, Devices, scan};
 use super::surface::{brief as brief_surface, measure_surface};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
-use crate::capture::CaptureError;
 use crate::doctor::{Report, Verdict};
 use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
 use crate::results::{MatchSummary, Region, ResultsFolder, ResultsKind, SurfaceSummary};
 use crate::rig::{calibration_plan, can_be_calibrated};
+use epirig_core::fault::Blame;
 use epirig_core::grid::Grid;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{Sequence, refuse_existing};
@@ -89,7 +89,7 @@ impl Run {
 
 /// Says how a scan that was interrupted goes on with the whole measurement.
 fn tell_how_to_go_on(error: &CliError, folder: &Path, matching: &MatchArguments, talk: &Talk) {
-    if matches!(error, CliError::Capture(CaptureError::Interrupted { .. })) {
+    if error.blame() == Blame::Resumable {
         let same = if matching.are_usual() { "" } else { ", with the same options of matching" };
         let folder = quoted(folder);
         talk.say(&format!("`epirig resume {folder} --measure` continues the scan and measures{same}"));

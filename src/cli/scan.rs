@@ -13,6 +13,7 @@ use crate::doctor::{Verdict, check_disk};
 use crate::pipeline::capture_need;
 use crate::profile::Profile;
 use crate::rig::{can_be_calibrated, capture_plan, open_camera};
+use epirig_core::fault::Blame;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
 use epirig_data::storage::{RealDisk, free_bytes};
@@ -221,7 +222,10 @@ pub(super) fn check_room(
     let check = check_disk(&devices.plan, present, free_bytes(folder), &configuration);
     let words = format!("{}: {}", check.finding, check.advice.unwrap_or_default());
     match check.verdict {
-        Verdict::Bad if !anyway => Err(CliError::NoRoom(words)),
+        Verdict::Bad if !anyway => Err(CliError::new(
+            Blame::System,
+            format!("{words}, or begin with --anyway: PNG often takes less"),
+        )),
         Verdict::Bad | Verdict::Warning => {
             talk.say(&format!("warning: {words}"));
             Ok(())

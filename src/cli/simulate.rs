@@ -75,10 +75,10 @@ impl Simulate {
 
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if !(0.0..=1.0).contains(&self.noise) {
-            return Err(CliError::Usage("--noise is a probability, 0 to 1".to_owned()));
+            return Err(CliError::usage("--noise is a probability, 0 to 1".to_owned()));
         }
         if self.video_output.is_some() && self.driver.name() != Native.name() {
-            return Err(CliError::Usage("--video-output needs a native stage".to_owned()));
+            return Err(CliError::usage("--video-output needs a native stage".to_owned()));
         }
         // A board counts its starts; each run is another one.
         let boot = time().as_second() as u32;
@@ -89,7 +89,7 @@ impl Simulate {
             Box::new(stage)
         } else {
             let simulated = self.driver.simulated(self.fault, boot);
-            simulated.ok_or_else(|| CliError::Usage(format!("{} has no serial line", self.driver)))?.device
+            simulated.ok_or_else(|| CliError::usage(format!("{} has no serial line", self.driver)))?.device
         };
         let stop = StopSwitch::default();
         interrupt::stops(stop.clone());

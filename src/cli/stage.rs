@@ -9,7 +9,7 @@ use super::rig::{Options, RigArgument, StageArguments, Stages, driver, home};
 use super::{CliError, Talk};
 use crate::profile::Profile;
 use epirig_devices::link::{LinkError, ask_holder_to_stop};
-use epirig_devices::stage::{Driver, Stage, StageSource, drivers};
+use epirig_devices::stage::{Driver, Stage, StageError, StageSource, drivers};
 
 /// Control the stage: home, move, position, stop, drivers, console
 #[derive(Debug, Args)]
@@ -219,12 +219,12 @@ impl Stop {
     fn run(self, talk: &Talk) -> Result<(), CliError> {
         let profile = self.stage.profile()?;
         let connected = Stages::new(&profile, self.stage.stage.transcript(), talk)?.stopping().connect();
-        match connected.map_err(CliError::from) {
+        match connected {
             Ok(mut stage) => {
                 stage.stop()?;
                 tell(&mut *stage, talk)
             }
-            Err(CliError::Link(error @ LinkError::Busy { .. })) => {
+            Err(StageError::Link(error @ LinkError::Busy { .. })) => {
                 let port = Stages::new(&profile, None, talk)?.port()?;
                 let pid = ask_holder_to_stop(&port).ok_or(error)?;
                 talk.say(&format!(
@@ -232,7 +232,7 @@ impl Stop {
                 ));
                 Ok(())
             }
-            Err(other) => Err(other),
+            Err(other) => Err(other.into()),
         }
     }
 }

@@ -98,7 +98,7 @@ impl Surface {
         let region = self.region.region(rows, columns, talk)?;
         let steps = steps_options(&opened.matched.settings, self.trend);
         let filters = Filters { s_filter_mm: self.s_filter_mm, l_filter_mm: self.l_filter_mm };
-        filters.check(heights.pixel_mm()).map_err(|error| CliError::Usage(error.to_string()))?;
+        filters.check(heights.pixel_mm()).map_err(|error| CliError::usage(error.to_string()))?;
         let questions = SurfaceQuestions {
             steps,
             region,
@@ -141,11 +141,10 @@ pub(super) fn known_heights<'a>(
     results: &Path,
 ) -> Result<&'a Heights, CliError> {
     opened.heights.as_ref().ok_or_else(|| match opened.has_geometry {
-        false => CliError::Usage(format!("{}: no heights: {NO_GEOMETRY}", sequence.folder().display())),
-        true => CliError::Integrity(format!(
-            "{}: no pixel has a disparity; look at mask.png there",
-            results.display()
-        )),
+        false => CliError::usage(format!("{}: no heights: {NO_GEOMETRY}", sequence.folder().display())),
+        true => {
+            CliError::data(format!("{}: no pixel has a disparity; look at mask.png there", results.display()))
+        }
     })
 }
 
@@ -182,7 +181,7 @@ pub(super) fn measure_surface(
     talk: &Talk,
 ) -> Option<(SurfaceSummary, PathBuf)> {
     usual_surface(folder, results, talk)
-        .inspect_err(|error| talk.say(&format!("note: the surface was not measured: {}", error.in_words())))
+        .inspect_err(|error| talk.say(&format!("note: the surface was not measured: {}", error.message())))
         .ok()
 }
 

@@ -86,11 +86,11 @@ impl Print {
             "pdf" => Sheet::to_pdf,
             _ => {
                 let message = format!("{} has an unknown extension; give .svg or .pdf", self.out.display());
-                return Err(CliError::Usage(message));
+                return Err(CliError::usage(message));
             }
         };
         if self.out.exists() {
-            return Err(CliError::Usage(format!("{} exists already; give another name", self.out.display())));
+            return Err(CliError::usage(format!("{} exists already; give another name", self.out.display())));
         }
         let board = ChessBoard { columns: self.columns, rows: self.rows, square_mm: self.square_mm };
         let target = Target { board, bands: self.bands, band_distance_mm: self.band_distance_mm };

@@ -7,6 +7,7 @@ use std::thread::{Builder, available_parallelism};
 use rayon::{ThreadBuilder, ThreadPoolBuilder};
 
 use super::{CliError, Talk};
+use epirig_core::fault::Blame;
 
 /// How many workers there are, in place of one for each processor.
 const VARIABLE: &str = "RAYON_NUM_THREADS";
@@ -40,7 +41,7 @@ pub(super) fn start_threads(talk: &Talk) -> Result<(), CliError> {
         pool.spawn_handler(move |worker| threads.next().and_then(|t| t.send(worker).ok()).ok_or_else(gone))
             .build_global()
     };
-    built.map_err(|error| CliError::Threads(io::Error::other(error)))
+    built.map_err(|error| CliError::new(Blame::System, format!("the system allows no more threads: {error}; end other programs, or raise the limit (ulimit -u)")))
 }
 
 /// A thread that waits for its work; `None` if the system allows none.

@@ -53,12 +53,13 @@ impl Ui {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if !self.folder.is_dir() {
             let folder = self.folder.display();
-            return Err(CliError::Usage(format!("{folder} is no folder; create it first")));
+            return Err(CliError::usage(format!("{folder} is no folder; create it first")));
         }
         let (draft, source, file) = self.rig.draft()?;
         let is_sequence = Sequence::open(&self.folder).is_ok();
         let folder = if is_sequence { beside(&self.folder) } else { self.folder.clone() };
-        let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })?;
+        let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })
+            .map_err(CliError::server)?;
         let (panel, closer) = Panel::open(PanelOptions {
             draft: in_real_time(draft)?,
             source,
@@ -84,7 +85,7 @@ impl Ui {
             .for_each(|link| talk.say(&format!("for somebody who only watches: {link}")));
         let served = server.run(panel);
         closer.wait();
-        Ok(served?)
+        served.map_err(CliError::server)
     }
 }
 

@@ -33,7 +33,7 @@ pub(super) fn refuse_another_rig(sequence: &Sequence, rig: &Profile) -> Result<(
     match findings_of_rig(sequence, rig).first() {
         None => Ok(()),
         Some(Finding { file, problem }) => {
-            Err(CliError::Integrity(format!("{}, {file}: {problem}", sequence.folder().display())))
+            Err(CliError::data(format!("{}, {file}: {problem}", sequence.folder().display())))
         }
     }
 }
@@ -98,7 +98,7 @@ impl Verify {
         })?;
         match report.findings.len() {
             0 => Ok(()),
-            count => Err(CliError::Integrity(format!(
+            count => Err(CliError::data(format!(
                 "{}: {count} finding(s), listed above with what to do",
                 self.seq.display()
             ))),

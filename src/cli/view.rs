@@ -45,14 +45,15 @@ impl View {
         if let Some(reason) = view.unfit() {
             talk.say(&format!("note: {reason}"));
         }
-        let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })?;
+        let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })
+            .map_err(CliError::server)?;
         let stop = server.stop_switch();
         interrupt::calls(move || stop.press());
         view.read_ahead();
         let serving = Serving { link: server.link(), watch_link: None };
         talk.result(&serving, || format!("{}\n", serving.link))?;
         talk.say("open this link in a browser; Ctrl-C ends it");
-        server.run(view)?;
+        server.run(view).map_err(CliError::server)?;
         Ok(())
     }
 }

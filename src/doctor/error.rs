@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use epirig_calibration::registration::ShiftError;
+use epirig_core::fault::{Blame, Fault};
 use epirig_devices::camera::CameraError;
 use epirig_devices::stage::StageError;
 
@@ -19,6 +20,16 @@ pub enum DoctorError {
     /// The plan has fewer than two positions.
     #[error("a plan of {0} position(s) is too short; give at least 2")]
     EmptyPlan(usize),
+}
+
+impl Fault for DoctorError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Stage(error) => error.blame(),
+            Self::Camera(error) => error.blame(),
+            Self::EmptyPlan(_) => Blame::Request,
+        }
+    }
 }
 
 /// Error of a single measurement.

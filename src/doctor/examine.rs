@@ -9,8 +9,8 @@ use super::response::{exposure_response, gain_responses};
 use super::settling::measure_settling;
 use super::view::View;
 use super::{Check, DoctorError, DoctorPlan, MotionError, Report, Verdict, picture, rules, stops};
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Progress;
-use epirig_devices::Blame;
 use epirig_devices::camera::{Assessment, Camera, CameraError, Configuration};
 use epirig_devices::stage::Stage;
 
@@ -108,7 +108,7 @@ fn go_to_start(
             ));
             Ok(true)
         }
-        Err(error) if error.consequence().blame == Blame::Request => {
+        Err(error) if error.blame() == Blame::Request => {
             checks.push(Check::with_advice(
                 NAME,
                 Verdict::Bad,

@@ -12,6 +12,7 @@ use crate::profile::{ProfileError, RecordedRigError};
 use crate::results::{MaskError, ResultsError};
 use crate::rig::RigError;
 use epirig_calibration::rectification::RectifyError;
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::tau::TauError;
 use epirig_core::volume::VolumeError;
 use epirig_data::sequence::SequenceError;
@@ -110,6 +111,28 @@ pub enum PanelError {
     /// A request that makes no sense.
     #[error("{0}")]
     Wrong(String),
+}
+
+impl Fault for PanelError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Sequence(error) => error.blame(),
+            Self::Pipeline(error) => error.blame(),
+            Self::Calibrate(error) => error.blame(),
+            Self::Results(error) => error.blame(),
+            Self::Read(error) => error.blame(),
+            Self::Match(error) => error.blame(),
+            Self::Surface(error) => error.blame(),
+            Self::Mask(error) => error.blame(),
+            Self::Profile(error) => error.blame(),
+            Self::RecordedRig(error) => error.blame(),
+            Self::Plan(error) => error.blame(),
+            Self::Rig(error) => error.blame(),
+            Self::Positions(_) | Self::Volume(_) | Self::Rectify(_) => Blame::Data,
+            Self::Threads(_) | Self::Keep(_) | Self::Save { .. } | Self::Memory { .. } => Blame::System,
+            Self::Reading { .. } | Self::Busy(_) | Self::NotThere(_) | Self::Wrong(_) => Blame::Request,
+        }
+    }
 }
 
 impl From<PanelError> for Refusal {

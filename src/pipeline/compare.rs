@@ -7,6 +7,7 @@ use super::{OpenedResults, PipelineError, matched_frame, steps_options};
 use crate::report::{MapPicture, Millimetres, ReportError, ValueRange};
 use crate::results::{MaskFacts, Region, ResultsError, ResultsFolder, ResultsKind};
 use epirig_calibration::registration::{ShiftError, Similarity, similarity_between};
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
@@ -57,6 +58,18 @@ pub enum CompareError {
     /// The files cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
+}
+
+impl Fault for CompareError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Sizes { .. } => Blame::Request,
+            Self::NotRegistrable(_) | Self::Comparison(_) | Self::Frame(_) => Blame::Data,
+            Self::Pipeline(error) => error.blame(),
+            Self::Report(error) => error.blame(),
+            Self::Results(error) => error.blame(),
+        }
+    }
 }
 
 /// A scan whose heights are known.

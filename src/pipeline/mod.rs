@@ -29,6 +29,7 @@ use crate::report::{
 };
 use crate::results::{MatchSummary, Region, ResultsError, ResultsFolder, ResultsMismatch, mask_value};
 use epirig_calibration::photometry::Maps;
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
@@ -90,6 +91,20 @@ pub enum PipelineError {
     /// The surface cannot be analysed.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+}
+
+impl Fault for PipelineError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Sequence(error) => error.blame(),
+            Self::Calibrate(error) => error.blame(),
+            Self::Match(error) | Self::Halves(SplitHalfError::Match(error)) => error.blame(),
+            Self::Results(error) => error.blame(),
+            Self::Report(error) => error.blame(),
+            Self::Surface(error) => error.blame(),
+            Self::Halves(_) | Self::Mismatch(_) | Self::NoSuchFrame { .. } => Blame::Data,
+        }
+    }
 }
 
 /// Results of a measurement.

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use epirig_core::fault::{Blame, Fault};
 use thiserror::Error;
 
 /// A profile with mistakes: all of them, one line each.
@@ -10,6 +11,17 @@ use thiserror::Error;
 pub struct ProfileError {
     /// The mistakes, at least one.
     pub mistakes: Vec<Mistake>,
+}
+
+impl Fault for ProfileError {
+    fn blame(&self) -> Blame {
+        Blame::Request
+    }
+
+    /// One line for each mistake.
+    fn message(&self) -> String {
+        self.to_string()
+    }
 }
 
 impl ProfileError {

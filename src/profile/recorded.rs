@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::settings::Settings;
 use super::{Profile, read};
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::grid::area;
 use epirig_core::settings::{LARGEST, SMALLEST};
 use epirig_data::sequence::{Finding, Origin, Sequence};
@@ -25,6 +26,12 @@ pub struct RecordedRigError {
     pub program: String,
     /// What is wrong.
     pub source: RecordFault,
+}
+
+impl Fault for RecordedRigError {
+    fn blame(&self) -> Blame {
+        Blame::Data
+    }
 }
 
 /// Fields that are used as divisors.

@@ -10,6 +10,7 @@ mod heading;
 pub mod html;
 mod map_picture;
 
+use epirig_core::fault::{Blame, Fault};
 use thiserror::Error;
 
 pub use calibration::calibration_figures;
@@ -28,6 +29,12 @@ pub struct ReportError {
     pub title: String,
     /// What went wrong.
     pub reason: String,
+}
+
+impl Fault for ReportError {
+    fn blame(&self) -> Blame {
+        Blame::System
+    }
 }
 
 impl ReportError {

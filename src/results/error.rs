@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::kind::ResultsKind;
+use epirig_core::fault::{Blame, Fault};
+use epirig_data::formats::FormatError;
 use epirig_data::storage::{ReadError, is_in_place};
 
 /// Error when results are written or read.
@@ -92,7 +94,7 @@ pub enum ResultsError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: epirig_data::formats::FormatError,
+        source: FormatError,
     },
     /// A file whose extension is unknown.
     #[error("{} has an unknown extension; maps have .pfm, .tiff or .npy", path.display())]
@@ -137,6 +139,27 @@ pub enum ResultsError {
         /// What is wrong.
         reason: String,
     },
+}
+
+impl Fault for ResultsError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Exists { .. }
+            | Self::Foreign { .. }
+            | Self::OtherResults { .. }
+            | Self::NoSummary { .. }
+            | Self::Link { .. }
+            | Self::NotAFolder { .. }
+            | Self::NoName { .. }
+            | Self::UnknownFormat { .. }
+            | Self::Format { source: FormatError::Unsuitable { .. }, .. } => Blame::Request,
+            Self::Format { .. } | Self::BadSummary { .. } | Self::Changed { .. } | Self::Missing { .. } => {
+                Blame::Data
+            }
+            Self::Read(error) => error.blame(),
+            Self::Busy { .. } | Self::Io { .. } | Self::Picture { .. } => Blame::System,
+        }
+    }
 }
 
 /// Advice for an error of the operating system.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::shell::quoted;
 use thiserror::Error;
 
@@ -81,4 +82,10 @@ pub enum ResultsMismatch {
         /// The distance that the maps give.
         found_mm: f64,
     },
+}
+
+impl Fault for ResultsMismatch {
+    fn blame(&self) -> Blame {
+        Blame::Data
+    }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::frame::Samples;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{ImageFault, LARGEST_IMAGE, decode_grey, header};
@@ -124,6 +125,16 @@ pub enum MaskError {
         /// The file.
         path: PathBuf,
     },
+}
+
+impl Fault for MaskError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Size { .. } | Self::Empty { .. } | Self::Apart { .. } => Blame::Request,
+            Self::Picture { .. } => Blame::Data,
+            Self::Read(error) => error.blame(),
+        }
+    }
 }
 
 /// Reads a mask for frames of `rows` x `columns`: any image file that `import` reads. Pixels above half of full

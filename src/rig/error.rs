@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use epirig_core::fault::{Blame, Fault};
 use epirig_devices::camera::CameraError;
 use epirig_devices::stage::StageError;
 use epirig_simulator::SimulatorError;
@@ -59,4 +60,19 @@ pub enum RigError {
     /// The camera.
     #[error(transparent)]
     Camera(#[from] CameraError),
+}
+
+impl Fault for RigError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Stage(error) => error.blame(),
+            Self::Camera(error) => error.blame(),
+            Self::Simulator(error) => error.blame(),
+            Self::Value { .. }
+            | Self::NoPlan { .. }
+            | Self::NoBoard
+            | Self::OtherBands { .. }
+            | Self::TooLarge { .. } => Blame::Request,
+        }
+    }
 }

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod choice;
+pub mod fault;
 pub mod frame;
 pub mod grid;
 pub mod least_squares;

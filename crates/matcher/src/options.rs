@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use super::candidates::{Candidates, DisparityRange};
 use super::interpolation::Interpolation;
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::volume::Volume;
 
 epirig_core::choices! {
@@ -297,6 +298,22 @@ pub enum MatchError {
          look at the frames, or give the range"
     )]
     NoRange,
+}
+
+impl Fault for MatchError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::NoRange => Blame::NoAnswer,
+            Self::TooSmall { .. } => Blame::Data,
+            Self::EmptyRange { .. }
+            | Self::RangeTooWide { .. }
+            | Self::NoSuchReference { .. }
+            | Self::BadOption { .. }
+            | Self::TooManyToAggregate { .. }
+            | Self::MaskSize { .. }
+            | Self::EmptyMask => Blame::Request,
+        }
+    }
 }
 
 impl MatchOptions {

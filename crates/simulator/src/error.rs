@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::tau::TauError;
 use epirig_core::volume::VolumeError;
 
@@ -44,4 +45,10 @@ pub enum SimulatorError {
         /// Last index.
         last: usize,
     },
+}
+
+impl Fault for SimulatorError {
+    fn blame(&self) -> Blame {
+        Blame::Request
+    }
 }

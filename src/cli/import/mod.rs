@@ -126,12 +126,12 @@ impl Import {
         let profile = self.profile()?;
         let lens = profile.as_ref().and_then(|profile| nominal_lens(&profile.optics));
         if self.principal_point_px.is_some() && lens.is_none() {
-            return Err(CliError::Usage(
+            return Err(CliError::usage(
                 "--principal-point-px needs the focal length: give --focal-length-px, or a profile that has it with --rig".to_owned(),
             ));
         }
         let recorded = profile.clone().map(Profile::of_lens_and_targets);
-        let rig = recorded.map(serde_json::to_value).transpose().map_err(std::io::Error::other)?;
+        let rig = recorded.map(serde_json::to_value).transpose().map_err(CliError::output)?;
         let mut options = ImportOptions {
             frames: self.frames,
             exclude: self.exclude.clone(),
@@ -246,11 +246,11 @@ impl Import {
                 Ok(Some(Video::extract(path, &self.out, (self.every as usize, most), talk)?))
             }
             images => match images.iter().find(|path| video::is_video_name(path) && path.is_file()) {
-                Some(path) => Err(CliError::Usage(format!(
+                Some(path) => Err(CliError::usage(format!(
                     "{} is a video, and other images are given beside it; import it alone",
                     path.display()
                 ))),
-                None if self.every > 1 => Err(CliError::Usage(
+                None if self.every > 1 => Err(CliError::usage(
                     "--every is for the frames of a video; of images, give those to use, or --frames and --exclude".to_owned(),
                 )),
                 None => Ok(None),

@@ -43,7 +43,7 @@ pub(super) fn sort_by_motion(listing: &mut Listing) -> Result<(), CliError> {
     let order = check.order();
     if order.len() < listing.images.len() {
         let most = order.len();
-        return Err(CliError::Usage(format!(
+        return Err(CliError::usage(format!(
             "--sort motion orders {most} images at most; select some with --frames"
         )));
     }

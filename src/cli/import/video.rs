@@ -2,7 +2,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use super::super::{CliError, Talk};
@@ -50,11 +50,8 @@ impl Video {
                 (every as f64 * taken / ENOUGH).round()
             ));
         }
-        let scratch = Scratch::beside(out).map_err(|(path, source)| CliError::File {
-            path,
-            action: "make a folder in",
-            source,
-        })?;
+        let scratch = Scratch::beside(out)
+            .map_err(|(path, source)| CliError::file("make a folder in", &path)(source))?;
         talk.say(&format!("extracting the frames of {} with ffmpeg", path.display()));
         for all_frames in ALL_FRAMES {
             let mut command = ffmpeg("error", path)?;
@@ -124,11 +121,7 @@ fn frames_of(said: &str, video: &str) -> Option<f64> {
 
 /// ffmpeg, which reads the video and says as much as `level`.
 fn ffmpeg(level: &str, path: &Path) -> Result<Command, CliError> {
-    let whole = std::path::absolute(path).map_err(|source| CliError::File {
-        path: path.to_owned(),
-        action: "find",
-        source,
-    })?;
+    let whole = std::path::absolute(path).map_err(CliError::file("find", path))?;
     // With "file:" a colon in the name means nothing.
     let mut input = OsString::from("file:");
     input.push(whole);
@@ -140,8 +133,8 @@ fn ffmpeg(level: &str, path: &Path) -> Result<Command, CliError> {
 fn run(mut command: Command, path: &Path) -> Result<Output, CliError> {
     let output = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).output();
     output.map_err(|error| match error.kind() {
-        ErrorKind::NotFound => CliError::Usage(without_ffmpeg(path)),
-        _ => CliError::File { path: PathBuf::from("ffmpeg"), action: "run", source: error },
+        ErrorKind::NotFound => CliError::usage(without_ffmpeg(path)),
+        _ => CliError::file("run", Path::new("ffmpeg"))(error),
     })
 }
 
@@ -167,7 +160,7 @@ fn quoted(name: &str) -> String {
 
 fn refused(path: &Path, said: &str) -> CliError {
     let reason = last_line(said);
-    CliError::Integrity(format!(
+    CliError::data(format!(
         "{}: ffmpeg cannot read it as a video ({reason}); play it to see whether it is whole, or convert it",
         path.display()
     ))

@@ -55,7 +55,7 @@ struct Written {
 impl Init {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if self.out.exists() {
-            return Err(CliError::Usage(format!(
+            return Err(CliError::usage(format!(
                 "{} exists already; give another name with --out",
                 self.out.display()
             )));

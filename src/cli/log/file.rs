@@ -23,8 +23,7 @@ impl LogFile {
     /// Opens the file of `--log`, which may also be a pipe or a terminal.
     pub(super) fn named(path: &Path) -> Result<Self, CliError> {
         let file = File::options().append(true).create(true).open(path);
-        let file =
-            file.map_err(|source| CliError::File { path: path.to_owned(), action: "write the log", source })?;
+        let file = file.map_err(CliError::file("write the log", path))?;
         Ok(Self::new(file, path.to_owned()))
     }
 

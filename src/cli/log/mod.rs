@@ -89,7 +89,7 @@ fn filter(text: &str) -> Result<EnvFilter, CliError> {
 }
 
 fn unusable(text: &str, reason: &str) -> CliError {
-    CliError::Usage(format!(
+    CliError::usage(format!(
         "{VARIABLE}: \"{text}\" is not a filter ({reason}); write a level such as debug, or levels of modules such as info,epirig_devices=trace"
     ))
 }

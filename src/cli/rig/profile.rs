@@ -155,10 +155,10 @@ fn read(path: &Path) -> Result<String, CliError> {
     /// More than any profile needs, in bytes.
     const LARGEST: u64 = 4 << 20;
     read_text(path, LARGEST).map_err(|error| match error.is_missing() {
-        true => CliError::Usage(format!(
+        true => CliError::usage(format!(
             "no rig profile {0}; `epirig init --out {0}` writes one, `--rig sim` needs no hardware",
             path.display()
         )),
-        false => CliError::Usage(format!("cannot read the rig profile: {error}")),
+        false => CliError::usage(format!("cannot read the rig profile: {error}")),
     })
 }

@@ -78,7 +78,7 @@ impl<'a> Stages<'a> {
         talk: &'a Talk,
     ) -> Result<Self, CliError> {
         if transcript.is_some() && profile.stage.is_simulated() {
-            return Err(CliError::Usage(
+            return Err(CliError::usage(
                 "--transcript means nothing with --driver sim; leave it out".to_owned(),
             ));
         }
@@ -130,9 +130,9 @@ impl StageSource for Stages<'_> {
 fn create_new(path: &Path) -> Result<File, CliError> {
     File::create_new(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::AlreadyExists => {
-            CliError::Usage(format!("{} exists already; give another name", path.display()))
+            CliError::usage(format!("{} exists already; give another name", path.display()))
         }
-        _ => CliError::File { path: path.to_owned(), action: "create", source: error },
+        _ => CliError::file("create", path)(error),
     })
 }
 

@@ -1,5 +1,6 @@
 //! What can be wrong with a target.
 
+use epirig_core::fault::{Blame, Fault};
 use thiserror::Error;
 
 /// Why a target cannot be printed, or its corners cannot be labelled.
@@ -87,4 +88,10 @@ pub enum TargetError {
         /// Number of views.
         boards: usize,
     },
+}
+
+impl Fault for TargetError {
+    fn blame(&self) -> Blame {
+        Blame::Request
+    }
 }

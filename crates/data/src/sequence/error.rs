@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use super::pixels::{ForeignFormat, image_formats};
 use crate::storage::{ReadError, RecordError, is_in_place};
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::frame::FrameError;
 use epirig_core::shell::quoted;
 use epirig_core::tau::TauError;
@@ -320,6 +321,50 @@ pub enum SequenceError {
     Volume(#[from] VolumeError),
 }
 
+impl Fault for SequenceError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Io { .. }
+            | Self::Busy { .. }
+            | Self::Closed
+            | Self::CannotLink { .. }
+            | Self::Renamed { .. } => Blame::System,
+            Self::Read(error) => error.blame(),
+            Self::Exists { .. }
+            | Self::Unfinished { .. }
+            | Self::NoName { .. }
+            | Self::Link { .. }
+            | Self::NoImages { .. }
+            | Self::NoMatch { .. }
+            | Self::InsideSource { .. }
+            | Self::NoSuchFrames { .. }
+            | Self::BackwardsSpan { .. }
+            | Self::TooManyFrames { .. }
+            | Self::NotASequence { .. } => Blame::Request,
+            Self::Disturbed { .. }
+            | Self::ForeignFormat { .. }
+            | Self::NotFiles { .. }
+            | Self::Unusable { .. }
+            | Self::TooFewFrames { .. }
+            | Self::BadImage { .. }
+            | Self::Unlike { .. }
+            | Self::CalibrationUnlike { .. }
+            | Self::BitDepth { .. }
+            | Self::BadPositions { .. }
+            | Self::PositionCount { .. }
+            | Self::Positions { .. }
+            | Self::NotClosed { .. }
+            | Self::RecordAtFault { .. }
+            | Self::Contradiction { .. }
+            | Self::BadRecord { .. }
+            | Self::Version { .. }
+            | Self::HashMismatch { .. }
+            | Self::MissingFrame { .. }
+            | Self::Volume(_) => Blame::Data,
+        }
+    }
+}
+
 impl From<RecordError> for SequenceError {
     fn from(error: RecordError) -> Self {
         match error {
@@ -337,15 +382,6 @@ impl SequenceError {
     /// all other errors it is not known whether the file is at fault.
     pub fn is_of_the_file(&self) -> bool {
         matches!(self, Self::MissingFrame { .. } | Self::HashMismatch { .. })
-    }
-
-    /// Whether the disk or the access to it is at fault, not the content.
-    pub fn is_trouble(&self) -> bool {
-        match self {
-            Self::Io { .. } => true,
-            Self::Read(error) => error.is_trouble(),
-            _ => false,
-        }
     }
 
     pub(super) fn io(action: &'static str, path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use epirig_core::fault::{Blame, Fault};
 use thiserror::Error;
 
 /// Why a file is not read. Every message names it and says what to do.
@@ -52,15 +53,21 @@ pub enum ReadError {
     },
 }
 
+impl Fault for ReadError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Io { .. } => Blame::System,
+            Self::NotAFile { .. } | Self::Outside { .. } | Self::TooLarge { .. } | Self::NotText { .. } => {
+                Blame::Data
+            }
+        }
+    }
+}
+
 impl ReadError {
     /// Whether there is no such file.
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Io { source, .. } if source.kind() == ErrorKind::NotFound)
-    }
-
-    /// Whether the disk or the access to it is at fault, not the content.
-    pub fn is_trouble(&self) -> bool {
-        matches!(self, Self::Io { .. })
     }
 
     pub(super) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {

@@ -1,7 +1,7 @@
 //! Consequences of the faults of a camera: one table for all drivers.
 
 use super::CameraError;
-use crate::blame::Blame;
+use epirig_core::fault::{Blame, Fault};
 
 /// The remedy for a fault of a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,9 +49,10 @@ impl CameraError {
             | Self::Unsupported { .. } => CameraRemedy::AnotherOrder,
         }
     }
+}
 
-    /// Who must act.
-    pub fn blame(&self) -> Blame {
+impl Fault for CameraError {
+    fn blame(&self) -> Blame {
         match self {
             Self::NoSuchCamera { .. }
             | Self::NoMatch { .. }
@@ -63,7 +64,8 @@ impl CameraError {
             | Self::NotOffered { .. }
             | Self::NoSuchControl { .. }
             | Self::ControlRefused { .. } => Blame::Request,
-            Self::Sequence(_) | Self::Exhausted { .. } => Blame::Data,
+            Self::Sequence(error) => error.blame(),
+            Self::Exhausted { .. } => Blame::Data,
             Self::AnotherCamera { .. }
             | Self::AnotherSocket { .. }
             | Self::Gone { .. }

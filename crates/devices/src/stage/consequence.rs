@@ -1,8 +1,8 @@
 //! Consequences of the faults of a stage: one table for all dialects.
 
 use super::StageError;
-use crate::blame::Blame;
 use crate::link::LinkError;
+use epirig_core::fault::{Blame, Fault};
 
 /// Consequences of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,9 +68,14 @@ impl StageError {
     }
 }
 
-impl LinkError {
-    /// Who must act.
-    pub fn blame(&self) -> Blame {
+impl Fault for StageError {
+    fn blame(&self) -> Blame {
+        self.consequence().blame
+    }
+}
+
+impl Fault for LinkError {
+    fn blame(&self) -> Blame {
         match self {
             Self::Ambiguous { .. } => Blame::Request,
             Self::Io { .. } => Blame::System,

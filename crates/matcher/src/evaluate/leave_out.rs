@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::interpolation::{Interpolation, SampledEpi};
 use crate::{DisparityMaps, MatchError, MatchOptions, ReferenceFrame, match_volume};
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -32,6 +33,15 @@ pub enum LeaveOutError {
     /// The other frames cannot be matched.
     #[error(transparent)]
     Match(#[from] MatchError),
+}
+
+impl Fault for LeaveOutError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::Every { .. } => Blame::Request,
+            Self::Match(error) => error.blame(),
+        }
+    }
 }
 
 /// Errors of the predicted left-out frames, over all of them.

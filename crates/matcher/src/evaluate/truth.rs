@@ -3,6 +3,7 @@
 use serde::Serialize;
 use thiserror::Error;
 
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::grid::Grid;
 
 /// The maps to be compared do not cover the same pixels.
@@ -19,6 +20,12 @@ pub struct SizeMismatch {
     pub truth_rows: usize,
     /// Columns of the truth.
     pub truth_columns: usize,
+}
+
+impl Fault for SizeMismatch {
+    fn blame(&self) -> Blame {
+        Blame::Request
+    }
 }
 
 /// Errors of a set of pixels, in px; zeros if no pixel is answered.

@@ -1,5 +1,6 @@
 //! Why a surface cannot be evaluated.
 
+use epirig_core::fault::{Blame, Fault};
 use thiserror::Error;
 
 /// Why a question to a surface has no answer.
@@ -104,4 +105,19 @@ pub enum SurfaceError {
         /// Last row.
         to_y: f64,
     },
+}
+
+impl Fault for SurfaceError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::EmptyLine { .. } | Self::LineOutside { .. } => Blame::Request,
+            Self::TooFewPixels { .. }
+            | Self::NoExtent { .. }
+            | Self::Undetermined { .. }
+            | Self::OneLevel { .. }
+            | Self::NoValley { .. }
+            | Self::TooNarrow { .. }
+            | Self::CutOff { .. } => Blame::Data,
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::{DisparityMaps, DisparityRange, EqualDiscs, MatchError, MatchOptions, Matcher, ReferenceFrame};
+use epirig_core::fault::{Blame, Fault};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::tau::{Tau, TauError};
@@ -21,6 +22,15 @@ pub enum SplitHalfError {
     /// A half cannot be matched.
     #[error(transparent)]
     Match(#[from] MatchError),
+}
+
+impl Fault for SplitHalfError {
+    fn blame(&self) -> Blame {
+        match self {
+            Self::TooFewFrames(_) | Self::Tau(_) => Blame::Request,
+            Self::Match(error) => error.blame(),
+        }
+    }
 }
 
 /// Maps of half of the frames, in px over the whole baseline; rows x columns, NaN without answer.
