@@ -54,17 +54,17 @@ pub(super) struct MatchArguments {
     #[arg(long, value_parser = choice::<Occlusion>(), default_value_t = usual().occlusion)]
     occlusion: Occlusion,
     /// Share of the frames that must see a point, above 0 and at most 1
-    #[arg(long, value_name = "SHARE", default_value_t = usual().minimum_visible)]
+    #[arg(long, value_name = "SHARE", default_value_t = usual().min_visible)]
     min_visible: f64,
     /// Reject pixels whose sigma is larger, in px
-    #[arg(long, value_name = "PX", default_value_t = usual().maximum_sigma_px)]
+    #[arg(long, value_name = "PX", default_value_t = usual().max_sigma_px)]
     max_sigma: f64,
     /// Reject pixels whose confidence is lower, 0 to 1 (only without the ordering constraint)
-    #[arg(long, value_name = "SHARE", default_value_t = usual().minimum_confidence)]
+    #[arg(long, value_name = "SHARE", default_value_t = usual().min_confidence)]
     min_confidence: f64,
     /// Let the discs of the sub-pixel fit grow where they leave a larger sigma than this, in px: up
     /// to 115 px. `inf` keeps all at one small size
-    #[arg(long, value_name = "PX", default_value_t = usual().wanted_sigma_px)]
+    #[arg(long, value_name = "PX", default_value_t = usual().wanted_sigma_px.unwrap_or(f64::INFINITY))]
     wanted_sigma: f64,
     /// Interpolate three costs by a parabola instead of the fit over all frames (always so for correlation)
     #[arg(long)]
@@ -79,24 +79,23 @@ impl MatchArguments {
 
     pub(super) fn options(&self) -> MatchOptions {
         let defaults = MatchOptions::for_method(self.method);
-        let defaults = if self.quick { defaults.quick() } else { defaults };
         MatchOptions {
             method: self.method,
             search: self.search,
-            effort: defaults.effort,
+            quick: self.quick,
             interpolation: self.interpolation,
             range: self.range,
             disparity_step_px: self.disparity_step,
             window_px: self.window.unwrap_or(defaults.window_px),
             semi_global: self.semi_global,
             reference: self.reference,
-            minimum_visible: self.min_visible,
+            min_visible: self.min_visible,
             occlusion: self.occlusion,
             ordering_constraint: self.ordering_constraint,
-            refine: defaults.refine && !self.no_fit,
-            wanted_sigma_px: self.wanted_sigma,
-            maximum_sigma_px: self.max_sigma,
-            minimum_confidence: self.min_confidence,
+            fit: defaults.fit && !self.no_fit,
+            wanted_sigma_px: Some(self.wanted_sigma).filter(|sigma_px| *sigma_px != f64::INFINITY),
+            max_sigma_px: self.max_sigma,
+            min_confidence: self.min_confidence,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Heights by two halves of the frames, for depths that nothing was selected by.
 
-use super::{Frames, OpenedResults, PipelineError, load, match_options};
+use super::{Frames, OpenedResults, PipelineError, load};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::evaluate::{SplitHalfError, match_halves};
@@ -25,7 +25,7 @@ pub fn half_heights(
 ) -> Result<Option<[HalfHeights; 2]>, PipelineError> {
     let Some(heights) = &opened.heights else { return Ok(None) };
     let volume = load(sequence, opened.calibration.as_ref(), progress)?;
-    match match_halves(&volume, opened.matched.reference, &match_options(&opened.matched), progress) {
+    match match_halves(&volume, opened.matched.reference, &opened.matched.options(), progress) {
         Err(SplitHalfError::TooFewFrames(_)) => Ok(None),
         halves => Ok(Some(halves?.map(|half| heights.of_half(&half)))),
     }

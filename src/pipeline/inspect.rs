@@ -5,8 +5,7 @@ use crate::report::{
     Chart, MapPicture, Marks, Millimetres, Series, USED_CLASSES, ValueRange, Window, class_picture,
 };
 use crate::results::{
-    Conclusion, FieldSummary, LevelsSummary, MatchSettings, Region, ResultsFolder, ResultsKind,
-    SurfaceSummary,
+    Conclusion, FieldSummary, LevelsSummary, Region, ResultsFolder, ResultsKind, SurfaceSummary,
 };
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
@@ -15,7 +14,7 @@ use epirig_matcher::surface::{
     Extent, Filters, Geometry, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError,
     TrendKind, find_extent, find_outliers, find_steps, fit_trend, profile,
 };
-use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX};
+use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions};
 
 /// Questions about a surface.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,14 +48,18 @@ impl SurfaceQuestions {
     }
 }
 
-/// The options of the search for two levels in results that were matched with `settings`.
-pub fn steps_options(settings: &MatchSettings, trend: TrendKind) -> StepsOptions {
+/// The options of the search for two levels in results that were matched with `matched`.
+pub fn steps_options(matched: &MatchOptions, trend: TrendKind) -> StepsOptions {
     // A height is made of what the cost's window and the fit's discs see, whichever is larger;
     // halves are measured in equal discs. Discs that grow know of walls, but noise hides low ones
     // from them.
-    let window_px = settings.window_px.max(EQUAL_DISCS_PX);
+    let window_px = matched.window_px.max(EQUAL_DISCS_PX);
     let steps = StepsOptions::for_window(trend, window_px);
-    if settings.wanted_sigma_px.is_some() { steps.with_grown_window(GROWN_DISCS_PX) } else { steps }
+    if matched.wanted_sigma_px.is_some() && !matched.quick {
+        steps.with_grown_window(GROWN_DISCS_PX)
+    } else {
+        steps
+    }
 }
 
 /// What was found out about a surface.

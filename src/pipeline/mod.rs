@@ -54,7 +54,6 @@ pub use photograph::matched_frame;
 pub use points::surface_points;
 pub use rectified::rectify_sequence;
 pub use reported::{MeasuredSurface, inspect_surface};
-pub use summary::match_options;
 use summary::summarise;
 
 /// Errors of calibration, matching and results.

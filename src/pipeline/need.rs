@@ -6,7 +6,7 @@
 
 use crate::calibrate::PositionSource;
 use epirig_calibration::texture_motion;
-use epirig_matcher::{Effort, MatchOptions};
+use epirig_matcher::MatchOptions;
 
 /// Memory of the program without frames, and of each of its threads, in bytes.
 const PROGRAM: u64 = 32 << 20;
@@ -60,7 +60,7 @@ fn threads() -> u64 {
 
 /// Most bytes that matching `frames` takes.
 pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
-    let need = frames.with(if options.effort == Effort::Quick { FIRST_LOOK } else { MATCH });
+    let need = frames.with(if options.quick { FIRST_LOOK } else { MATCH });
     // Bands of costs take up to half of the size of the frames.
     let bands = if options.semi_global { (frames.bytes() / 2).max(32 << 20) } else { 0 };
     need + bands

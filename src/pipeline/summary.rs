@@ -1,16 +1,13 @@
-//! The numbers of `match.json`, and the options that they say results were matched with.
+//! The numbers of `match.json`.
 
 use crate::calibrate::{Calibration, InputHashes, PositionSource};
-use crate::results::{LockingSummary, MatchSettings, MatchSummary, Region, ResultsKind};
+use crate::results::{LockingSummary, MatchSummary, Region, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::lines::Lines;
 use epirig_matcher::surface::Heights;
-use epirig_matcher::{
-    Answer, DisparityMaps, DisparityRange, Effort, MatchOptions, OrderingConstraint, OrderingUsed,
-    ReferenceFrame,
-};
+use epirig_matcher::{Answer, DisparityMaps, MatchOptions};
 
 /// The numbers of `match.json`; `calibration` is what the frames were corrected with.
 pub(super) fn summarise(
@@ -36,7 +33,7 @@ pub(super) fn summarise(
         positions: positions_name(sequence, calibration).to_owned(),
         region: region.rectangle,
         mask: region.mask.as_ref().map(|mask| mask.facts.clone()),
-        settings: settings(options),
+        settings: MatchOptions { search: options.search_used(), ..options.clone() },
         reference: maps.reference,
         tau_before,
         tau_after,
@@ -70,51 +67,6 @@ fn of_object(maps: &DisparityMaps) -> (f64, f64) {
     let pixels = inside().count() as f64;
     let answered = inside().filter(|&(_, &answer)| answer == Answer::Found).count() as f64;
     (pixels / object.values().len().max(1) as f64, if pixels > 0.0 { answered / pixels } else { 0.0 })
-}
-
-fn settings(options: &MatchOptions) -> MatchSettings {
-    let quick = options.effort == Effort::Quick;
-    MatchSettings {
-        method: options.method,
-        window_px: options.window_px,
-        search: options.search_used(),
-        quick,
-        semi_global: options.semi_global,
-        interpolation: options.interpolation,
-        disparity_step_px: options.disparity_step_px,
-        minimum_visible: options.minimum_visible,
-        occlusion: options.occlusion,
-        fit: options.refine,
-        wanted_sigma_px: (options.wanted_sigma_px.is_finite() && !quick).then_some(options.wanted_sigma_px),
-        maximum_sigma_px: options.maximum_sigma_px,
-        minimum_confidence: options.minimum_confidence,
-    }
-}
-
-/// The options that results were matched with, as far as `match.json` has them.
-pub fn match_options(matched: &MatchSummary) -> MatchOptions {
-    let settings = &matched.settings;
-    MatchOptions {
-        method: settings.method,
-        search: settings.search,
-        effort: if settings.quick { Effort::Quick } else { Effort::Full },
-        interpolation: settings.interpolation,
-        range: Some(DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px }),
-        disparity_step_px: settings.disparity_step_px,
-        window_px: settings.window_px,
-        semi_global: settings.semi_global,
-        reference: ReferenceFrame::Index(matched.reference),
-        minimum_visible: settings.minimum_visible,
-        occlusion: settings.occlusion,
-        ordering_constraint: match matched.ordering_constraint {
-            OrderingUsed::On => OrderingConstraint::On,
-            OrderingUsed::Off => OrderingConstraint::Off,
-        },
-        refine: settings.fit,
-        wanted_sigma_px: settings.wanted_sigma_px.unwrap_or(f64::INFINITY),
-        maximum_sigma_px: settings.maximum_sigma_px,
-        minimum_confidence: settings.minimum_confidence,
-    }
 }
 
 fn median(map: &Grid<f32>) -> Option<f64> {

@@ -84,7 +84,7 @@ impl ResultsKind {
     /// Version of its record.
     pub const fn format(self) -> u32 {
         match self {
-            Self::Match => 5,
+            Self::Match => 6,
             Self::Surface => 5,
             Self::Compare => 2,
         }

@@ -24,47 +24,15 @@ pub use region::{Mask, MaskError, MaskFacts, Region, parse_mask, read_mask};
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture, mask_value};
 
-use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::surface::Rectangle;
 use epirig_matcher::{
-    LightChange, LockingAmplitudes, LockingHarmonic, Method, Occlusion, OrderingUsed, PixelLocking, Search,
+    DisparityRange, LightChange, LockingAmplitudes, LockingHarmonic, MatchOptions, OrderingConstraint,
+    OrderingUsed, PixelLocking, ReferenceFrame,
 };
 
 /// Hash of the bytes of a file.
 fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
-}
-
-/// Settings of the matcher, so that a run can be repeated.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MatchSettings {
-    /// Cost function.
-    pub method: Method,
-    /// Side of the cost's window, in px.
-    pub window_px: usize,
-    /// How candidates were searched.
-    pub search: Search,
-    /// Whether it was a first look, at half the resolution.
-    pub quick: bool,
-    /// Whether costs were aggregated across rows (semi-global matching).
-    pub semi_global: bool,
-    /// Interpolation of frames between pixels in the exhaustive search.
-    pub interpolation: Interpolation,
-    /// Step between disparity candidates, in px.
-    pub disparity_step_px: f64,
-    /// Share of the frames that must see a point.
-    pub minimum_visible: f64,
-    /// Whether points may be occluded in part of the sequence.
-    pub occlusion: Occlusion,
-    /// Whether the fit over all frames was made.
-    pub fit: bool,
-    /// Sigma up to which discs of the fit grow, in px; absent if they do not.
-    #[serde(default)]
-    pub wanted_sigma_px: Option<f64>,
-    /// Largest sigma of an answer, in px.
-    pub maximum_sigma_px: f64,
-    /// Least confidence of an answer without the ordering constraint.
-    pub minimum_confidence: f64,
 }
 
 /// Pixel locking over many frames, as in [`epirig_matcher::PixelLocking`].
@@ -136,8 +104,8 @@ pub struct MatchSummary {
     /// Mask of the picture, if one was given; pixels were matched that lie in both.
     #[serde(default)]
     pub mask: Option<MaskFacts>,
-    /// Settings of the matcher.
-    pub settings: MatchSettings,
+    /// The options of the matcher, as they were asked for.
+    pub settings: MatchOptions,
     /// Index of the reference frame.
     pub reference: usize,
     /// Part of the baseline before the reference frame.
@@ -190,4 +158,19 @@ pub struct MatchSummary {
     pub distance_mm: Option<f64>,
     /// Duration of the matching, in s.
     pub seconds: f64,
+}
+
+impl MatchSummary {
+    /// The options with what was found for those that were left open: a match with them does the same again.
+    pub fn options(&self) -> MatchOptions {
+        MatchOptions {
+            range: Some(DisparityRange { minimum_px: self.minimum_px, maximum_px: self.maximum_px }),
+            reference: ReferenceFrame::Index(self.reference),
+            ordering_constraint: match self.ordering_constraint {
+                OrderingUsed::On => OrderingConstraint::On,
+                OrderingUsed::Off => OrderingConstraint::Off,
+            },
+            ..self.settings.clone()
+        }
+    }
 }

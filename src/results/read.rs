@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
-use super::{MatchSettings, MatchSummary, ResultsError, ResultsKind};
+use super::{MatchSummary, ResultsError, ResultsKind};
 use epirig_core::grid::{Grid, MOST_PIXELS};
 use epirig_data::formats::MapFormat;
 use epirig_data::storage::{
@@ -123,7 +123,7 @@ pub(super) fn summary_in(folder: &Path, bytes: Vec<u8>) -> Result<MatchSummary, 
     let kind = ResultsKind::Match;
     let summary: MatchSummary = parsed(folder, kind, bytes)?;
     let bad = |reason| ResultsError::BadSummary { path: folder.join(kind.summary()), reason, kind };
-    let MatchSettings { window_px, .. } = summary.settings;
+    let window_px = summary.settings.window_px;
     if window_px > LARGEST_WINDOW_PX {
         return Err(bad(format!("a window of {window_px} px is impossible")));
     }

@@ -46,7 +46,6 @@ fn a_first_look_says_that_it_is_one() {
     };
     let quick = settings(&["--quick"]);
     assert_eq!(quick["quick"], true);
-    assert!(quick["wanted_sigma_px"].is_null());
     assert_eq!(settings(&[])["quick"], false);
     // It has discs of two sizes only, whatever sigma they reach.
     fails(

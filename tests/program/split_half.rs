@@ -19,12 +19,12 @@ use epirig_matcher::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume};
 #[derive(Clone, Copy)]
 struct Used {
     frames: (usize, usize),
-    minimum_visible: f64,
+    min_visible: f64,
 }
 /// The middle, as the first matcher took it.
-const MIDDLE: Used = Used { frames: (40, 80), minimum_visible: 0.5 };
+const MIDDLE: Used = Used { frames: (40, 80), min_visible: 0.5 };
 /// All photographs. No point is seen in all; 42 have to see one.
-const ALL: Used = Used { frames: (0, 119), minimum_visible: 0.35 };
+const ALL: Used = Used { frames: (0, 119), min_visible: 0.35 };
 const STEPS: f64 = 40.0;
 
 /// Pixels count as textured whose sigma is below this in both halves, in px per 40 frames: the median of the differences of two
@@ -70,7 +70,7 @@ fn photographs(used: Used, test: &str) -> Option<Volume> {
 }
 
 fn options(used: Used, reference: ReferenceFrame) -> MatchOptions {
-    MatchOptions { reference, minimum_visible: used.minimum_visible, ..MatchOptions::default() }
+    MatchOptions { reference, min_visible: used.min_visible, ..MatchOptions::default() }
 }
 
 /// Matches the given frames, in the view of frame `reference` of `volume`.

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::maps::{Answer, DisparityMaps};
 use super::options::{MatchError, MatchOptions};
+use super::refine::largest_disc_px;
 use epirig_core::grid::Grid;
 
 /// The part of the picture that is matched.
@@ -108,9 +109,7 @@ impl Area {
 /// window around these. Half-widths of the search's window count twice, because windows may lie to
 /// one side.
 fn rim_px(options: &MatchOptions) -> usize {
-    /// Radius of the largest disc, rounded up.
-    const LARGEST_DISC_PX: usize = 58;
-    2 * LARGEST_DISC_PX + options.window_px
+    2 * largest_disc_px() + options.window_px
 }
 
 /// From the first to the last of some places; `None` without any.

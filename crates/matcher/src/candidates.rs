@@ -1,7 +1,9 @@
 //! The disparities that are searched.
 
+use serde::{Deserialize, Serialize};
+
 /// A closed interval of disparities, in pixels over the whole baseline.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DisparityRange {
     /// Smallest disparity, in px.
     pub minimum_px: f64,

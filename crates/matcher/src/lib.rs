@@ -34,7 +34,7 @@ pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLo
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{EqualDiscs, Matcher, match_volume};
 pub use options::{
-    EQUAL_DISCS_PX, Effort, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
+    EQUAL_DISCS_PX, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
     OrderingConstraint, ReferenceFrame, Search,
 };
 pub use profile::line_profile;

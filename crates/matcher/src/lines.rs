@@ -142,9 +142,9 @@ pub struct SeenRule {
 }
 
 impl SeenRule {
-    /// The rule for `frames` frames of which the share `minimum_visible` must see a point.
-    pub fn new(frames: usize, minimum_visible: f64, occlusion: Occlusion) -> Self {
-        let minimum_frames = (minimum_visible * frames as f64 - 1e-9).ceil() as usize;
+    /// The rule for `frames` frames of which the share `min_visible` must see a point.
+    pub fn new(frames: usize, min_visible: f64, occlusion: Occlusion) -> Self {
+        let minimum_frames = (min_visible * frames as f64 - 1e-9).ceil() as usize;
         Self { minimum_frames: minimum_frames.max(3), occlusion }
     }
 

@@ -44,7 +44,7 @@ pub struct DisparityMaps {
     /// answer.
     pub sigma: Grid<f32>,
     /// Cost of the candidate that the search chose, of means of 2 x 2 pixels with
-    /// [`Effort::Quick`](super::Effort::Quick): DN^2 for the variance (of normalised frames: 1/1024 of the
+    /// [`MatchOptions::quick`](super::MatchOptions::quick): DN^2 for the variance (of normalised frames: 1/1024 of the
     /// local variance), 1 - correlation otherwise; NaN where it has none.
     pub cost: Grid<f32>,
     /// Confidence of the chosen candidate against the best one elsewhere, 0 to 1; NaN where it has no cost or

@@ -13,7 +13,7 @@ use super::lines::{Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Search};
+use super::options::{MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Search};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, Sizes, fit};
@@ -108,7 +108,7 @@ impl Matcher {
         let equal = Fit {
             sizes: Sizes::Equal,
             // Answers are near enough.
-            steps: usize::from(options.refine),
+            steps: usize::from(options.fit),
             rule: seen_rule(volume, options, maps.ordering),
             deviation_share: None,
         };
@@ -187,7 +187,7 @@ fn matched(
     let asked = area.map_or(0..volume.columns(), |area| area.columns.clone());
     let lines = Lines::new(volume.tau(), reference, volume.columns()).asking(asked.clone());
     let range_found = options.range.is_none();
-    let quick = options.effort == Effort::Quick;
+    let quick = options.quick;
     // Light that changes much leads the variance astray. Normalised frames do not show it; they are
     // for the search alone.
     let normalised = (options.method == Method::Variance && changes_much(volume))
@@ -256,7 +256,7 @@ fn matched(
     }
     debug!(deviation_share, "searched");
     drop(pass);
-    let steps = match (&halved, options.refine) {
+    let steps = match (&halved, options.fit) {
         (_, false) => 0,
         // One was taken at half the resolution, of the same frames.
         (Some(_), true) if normalised.is_none() => FIT_STEPS - 1,
@@ -264,16 +264,7 @@ fn matched(
         (None, true) => FIT_STEPS,
     };
     drop(halved);
-    let fit_options = Fit {
-        sizes: match options.effort {
-            Effort::Quick => Sizes::Two,
-            Effort::Full if options.wanted_sigma_px.is_infinite() => Sizes::Equal,
-            Effort::Full => Sizes::Growing { wanted_sigma_px: options.wanted_sigma_px },
-        },
-        steps,
-        rule,
-        deviation_share,
-    };
+    let fit_options = Fit { sizes: Sizes::of(options), steps, rule, deviation_share };
     let pass = debug_span!("fit").entered();
     progress.begin("refining", (rows * steps.max(1)) as u64);
     let found = fit(volume, &lines, guess, fit_options, || progress.advance(1));
@@ -315,7 +306,7 @@ fn seen_rule(volume: &Volume, options: &MatchOptions, ordering: OrderingUsed) ->
         (Occlusion::Automatic, OrderingUsed::On) => Occlusion::None,
         (stated, _) => stated,
     };
-    SeenRule::new(volume.frames(), options.minimum_visible, occlusion)
+    SeenRule::new(volume.frames(), options.min_visible, occlusion)
 }
 
 fn range_and_ordering(
@@ -373,11 +364,11 @@ impl Verdicts<'_> {
     }
 
     fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), outlier: bool, confidence: f32) -> Answer {
-        let ambiguous = f64::from(confidence) < self.options.minimum_confidence;
+        let ambiguous = f64::from(confidence) < self.options.min_confidence;
         // The fit may leave the candidates, but not the range by more than a step of it can.
         let disparity = f64::from(disparity_px);
         let outside = disparity < self.range.minimum_px - 1.0 || disparity > self.range.maximum_px + 1.0;
-        if sigma_px.is_nan() || f64::from(sigma_px) > self.options.maximum_sigma_px {
+        if sigma_px.is_nan() || f64::from(sigma_px) > self.options.max_sigma_px {
             Answer::NoTexture
         } else if outlier {
             Answer::Occluded

@@ -1,5 +1,6 @@
 //! The options of a match, and the checks that they suit a volume.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::candidates::{Candidates, DisparityRange};
@@ -64,21 +65,9 @@ epirig_core::choices! {
     }
 }
 
-/// How much work is done for a disparity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effort {
-    /// The most accurate: every pixel is searched by itself, and the fit has the whole model.
-    Full,
-    /// A first look, in some 60 % of the time. Candidates are searched at half the
-    /// resolution, with the costs and confidences of that resolution. The fit looks for edges in
-    /// small discs only and, of a hundred frames or more, asks the half that tells most. Objects
-    /// narrower than some 20 px may be missed. Frames too small to be halved are searched as they
-    /// are.
-    Quick,
-}
-
-/// The frame whose pixels are given a disparity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The frame whose pixels are given a disparity. Records (serde) have `first`, `middle`, `last` or the index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ReferenceFrame {
     /// The first frame: disparity belongs to (i, y), as in the paper.
     First,
@@ -87,6 +76,7 @@ pub enum ReferenceFrame {
     /// The last frame.
     Last,
     /// Any frame, by its index from 0.
+    #[serde(untagged)]
     Index(usize),
 }
 
@@ -133,15 +123,19 @@ pub const EQUAL_DISCS_PX: usize = 5;
 /// surfaces have relief.
 pub const GROWN_DISCS_PX: usize = 11;
 
-/// Everything that a caller may choose of the matcher.
-#[derive(Debug, Clone, PartialEq)]
+/// Everything that a caller may choose of the matcher. Records (serde) hold it as it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MatchOptions {
     /// The cost of a candidate.
     pub method: Method,
     /// How candidates are searched.
     pub search: Search,
-    /// How much work is done for a disparity.
-    pub effort: Effort,
+    /// Whether only a first look is wanted, in some 60 % of the time. Candidates are searched at half
+    /// the resolution, with the costs and confidences of that resolution. The fit looks for edges in
+    /// small discs only and, of a hundred frames or more, asks the half that tells most. Objects
+    /// narrower than some 20 px may be missed. Frames too small to be halved are searched as they
+    /// are.
+    pub quick: bool,
     /// How frames are sampled between pixels during the exhaustive search.
     pub interpolation: Interpolation,
     /// Disparities searched; `None`: found from the data.
@@ -156,7 +150,7 @@ pub struct MatchOptions {
     /// The frame whose pixels are answered.
     pub reference: ReferenceFrame,
     /// Share of the frames that a candidate must lie in to be answered; (0, 1].
-    pub minimum_visible: f64,
+    pub min_visible: f64,
     /// Whether points may be occluded in part of the sequence.
     pub occlusion: Occlusion,
     /// Whether the mapping must be strictly increasing.
@@ -164,14 +158,14 @@ pub struct MatchOptions {
     /// Whether the fit over all frames refines the disparity between the candidates. Without it the vertex of
     /// the parabola through three costs does, as far as half the disparity step. The fit presumes equal
     /// intensities, as `Method::Variance` does and `Method::Normalised` brings about.
-    pub refine: bool,
-    /// The discs of the fit grow where they leave a larger sigma than this, in px; infinite: all
-    /// have one small size. With [`Effort::Quick`] none grows.
-    pub wanted_sigma_px: f64,
+    pub fit: bool,
+    /// The discs of the fit grow where they leave a larger sigma than this, in px; `None`: all have
+    /// one small size. In a first look none grows.
+    pub wanted_sigma_px: Option<f64>,
     /// A pixel whose sigma exceeds this has no answer, in px.
-    pub maximum_sigma_px: f64,
+    pub max_sigma_px: f64,
     /// Without the ordering constraint, a pixel whose confidence is lower has no answer; [0, 1].
-    pub minimum_confidence: f64,
+    pub min_confidence: f64,
 }
 
 impl Default for MatchOptions {
@@ -186,20 +180,20 @@ impl MatchOptions {
         Self {
             method,
             search: Search::Factorised,
-            effort: Effort::Full,
+            quick: false,
             interpolation: Interpolation::BSpline,
             range: None,
             disparity_step_px: 0.25,
             window_px: if method.compares_intensities() { 3 } else { 7 },
             semi_global: false,
             reference: ReferenceFrame::Middle,
-            minimum_visible: 0.5,
+            min_visible: 0.5,
             occlusion: Occlusion::Automatic,
             ordering_constraint: OrderingConstraint::Automatic,
-            refine: method.compares_intensities(),
-            wanted_sigma_px: 0.003,
-            maximum_sigma_px: 3.0,
-            minimum_confidence: 0.03,
+            fit: method.compares_intensities(),
+            wanted_sigma_px: Some(0.003),
+            max_sigma_px: 3.0,
+            min_confidence: 0.03,
         }
     }
 }
@@ -232,7 +226,7 @@ pub enum MatchError {
     /// The range spans more than the image does, or no point of it can stay in view.
     #[error(
         "the disparity range {minimum_px}..{maximum_px} px does not fit images {columns} px wide; a point must be in view \
-         in {minimum_visible} of the frames, so disparities lie within +-{limit_px:.0} px and span less than {columns} px"
+         in {min_visible} of the frames, so disparities lie within +-{limit_px:.0} px and span less than {columns} px"
     )]
     RangeTooWide {
         /// Smallest disparity asked for, in px.
@@ -242,7 +236,7 @@ pub enum MatchError {
         /// Image width, in px.
         columns: usize,
         /// Share of the frames that must see a point.
-        minimum_visible: f64,
+        min_visible: f64,
         /// Largest magnitude that keeps a point in view for that share, in px.
         limit_px: f64,
     },
@@ -317,9 +311,9 @@ impl Fault for MatchError {
 }
 
 impl MatchOptions {
-    /// The same with [`Effort::Quick`].
+    /// The same for a first look.
     pub fn quick(self) -> Self {
-        Self { effort: Effort::Quick, ..self }
+        Self { quick: true, ..self }
     }
 
     /// Index of the reference frame in `volume`.
@@ -368,17 +362,18 @@ impl MatchOptions {
         if !(self.disparity_step_px >= 0.01 && self.disparity_step_px <= 1.0) {
             return bad("the disparity step", self.disparity_step_px, "from 0.01 to 1 px");
         }
-        if !(self.minimum_visible > 0.0 && self.minimum_visible <= 1.0) {
-            return bad("the share of frames that must see a point", self.minimum_visible, share);
+        if !(self.min_visible > 0.0 && self.min_visible <= 1.0) {
+            return bad("the share of frames that must see a point", self.min_visible, share);
         }
-        if self.wanted_sigma_px.is_nan() || self.wanted_sigma_px <= 0.0 {
-            return bad("the wanted sigma", self.wanted_sigma_px, "greater than 0 px");
+        let sigmas =
+            [("the wanted sigma", self.wanted_sigma_px), ("the largest sigma", Some(self.max_sigma_px))];
+        for (name, sigma_px) in sigmas {
+            if let Some(sigma_px) = sigma_px.filter(|sigma_px| !(*sigma_px > 0.0 && sigma_px.is_finite())) {
+                return bad(name, sigma_px, "a finite number of px greater than 0");
+            }
         }
-        if self.maximum_sigma_px.is_nan() || self.maximum_sigma_px <= 0.0 {
-            return bad("the largest sigma", self.maximum_sigma_px, "greater than 0 px");
-        }
-        if !(0.0..=1.0).contains(&self.minimum_confidence) {
-            return bad("the least confidence", self.minimum_confidence, "from 0 to 1");
+        if !(0.0..=1.0).contains(&self.min_confidence) {
+            return bad("the least confidence", self.min_confidence, "from 0 to 1");
         }
         self.range.map_or(Ok(()), |range| self.check_range(range, columns))
     }
@@ -395,7 +390,7 @@ impl MatchOptions {
                 minimum_px,
                 maximum_px,
                 columns,
-                minimum_visible: self.minimum_visible,
+                min_visible: self.min_visible,
                 limit_px,
             });
         }
@@ -417,6 +412,6 @@ impl MatchOptions {
     /// Largest magnitude of a disparity whose point can be in view in the share of the frames asked for, in
     /// px.
     pub fn largest_disparity_px(&self, columns: usize) -> f64 {
-        (columns - 1) as f64 / self.minimum_visible
+        (columns - 1) as f64 / self.min_visible
     }
 }

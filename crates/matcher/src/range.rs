@@ -108,7 +108,7 @@ fn factorised(
     occlusion: Occlusion,
     options: &MatchOptions,
 ) -> Vec<Vec<Surveyed>> {
-    let rule = SeenRule::new(volume.frames(), options.minimum_visible, occlusion);
+    let rule = SeenRule::new(volume.frames(), options.min_visible, occlusion);
     let half_columns = (options.window_px / 2).max(HALF_WINDOW_COLUMNS);
     let survey = RowSurvey::new(volume, lines, candidates, rule, half_columns);
     sampled_rows(volume.rows(), 3).into_par_iter().map(|y| survey.of_row(y)).collect()
@@ -127,7 +127,7 @@ fn exhaustive(
     let reference = frames.iter().position(|&t| t == lines.reference())?;
     let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
     let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
-    let rule = SeenRule::new(frames.len(), options.minimum_visible, occlusion);
+    let rule = SeenRule::new(frames.len(), options.min_visible, occlusion);
     let surveyed =
         |&y: &usize| survey_row(&thinned.volume, y, &survey_lines, &candidates, rule, &survey_options);
     Some(thinned.centres.par_iter().map(surveyed).collect())

@@ -59,7 +59,7 @@ fn matched(first: &Binned, tau: &[f64], frames: &BTreeMap<usize, Binned>) -> Opt
     }
     let options = MatchOptions {
         reference: ReferenceFrame::First,
-        wanted_sigma_px: WANTED_SIGMA_PX,
+        wanted_sigma_px: Some(WANTED_SIGMA_PX),
         ..MatchOptions::default()
     };
     let maps = Matcher::new(volume, options).and_then(|matcher| matcher.matched(&Silent));

@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::maps::ANSWERS;
 use super::view::ResultsView;
 use crate::panel::PanelError;
-use crate::pipeline::match_options;
 use epirig_core::volume::Volume;
 use epirig_matcher::lines::Lines;
 use epirig_matcher::{Answer, DisparityRange, Matcher, line_profile};
@@ -237,7 +236,7 @@ fn cost(
     let opened = view.results()?;
     let matched = &opened.matched;
     let range = DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px };
-    let options = match_options(matched);
+    let options = matched.options();
     let scale = if options.method.compares_intensities() { "DN^2" } else { "1 - correlation" };
     let matcher = Matcher::new(volume, options)?;
     let (candidates, costs) = matcher.costs_of_row(y, matched.reference, range, matched.ordering_constraint);

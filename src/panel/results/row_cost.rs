@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::view::ResultsView;
 use crate::panel::PanelError;
-use crate::pipeline::match_options;
 use epirig_matcher::{DisparityRange, Matcher};
 use epirig_server::{Refusal, Reply};
 
@@ -29,7 +28,7 @@ pub(super) fn row_cost(view: &ResultsView, y: usize) -> Result<Reply, Refusal> {
     let reach = matched.settings.window_px / 2;
     let top = y.saturating_sub(reach);
     let volume = view.epis.rows(top..y + reach + 1)?;
-    let matcher = Matcher::new(volume, match_options(matched)).map_err(PanelError::from)?;
+    let matcher = Matcher::new(volume, matched.options()).map_err(PanelError::from)?;
     let range = DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px };
     let (candidates, costs) =
         matcher.costs_of_row(y - top, matched.reference, range, matched.ordering_constraint);

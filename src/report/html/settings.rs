@@ -14,8 +14,8 @@ pub(super) fn settings(report: &Report<'_>) -> Markup {
 fn matcher(report: &Report<'_>) -> Markup {
     let matched = report.matched;
     // Numbers and text always serialise as JSON.
-    let record = serde_json::to_value(&matched.settings).unwrap_or_default();
-    let settings = record.as_object().into_iter().flatten();
+    let record = serde_json::to_value(matched.options()).unwrap_or_default();
+    let settings = record.as_object().into_iter().flatten().filter(|(key, _)| *key != "range");
     let mut rows: Vec<Vec<Markup>> =
         settings.map(|(key, value)| vec![key.as_str().into(), in_words(value).into()]).collect();
     let found = if matched.range_found { "found from the data" } else { "given" };
@@ -23,7 +23,6 @@ fn matcher(report: &Report<'_>) -> Markup {
         "range".into(),
         format!("{} to {} px, {found}", fixed(matched.minimum_px, 3), fixed(matched.maximum_px, 3)).into(),
     ]);
-    rows.push(vec!["reference frame".into(), matched.reference.to_string().into()]);
     rows.push(vec!["positions from".into(), matched.positions.as_str().into()]);
     let region = report.surface.field.region;
     let region = region.map_or("the whole picture".to_owned(), |region| {

@@ -83,8 +83,9 @@ impl Records {
         let resumed = json!({"event": "resumed", "after": HOSTILE, "at": "t"});
         let settings = json!({
             "method": "variance", "window_px": 3, "search": "factorised", "quick": false, "semi_global": false,
-            "interpolation": "linear", "disparity_step_px": 0.5, "minimum_visible": 0.5, "occlusion": "auto", "fit": true,
-            "maximum_sigma_px": 1.0, "minimum_confidence": 0.1
+            "interpolation": "linear", "range": null, "disparity_step_px": 0.5, "reference": "middle", "min_visible": 0.5,
+            "occlusion": "auto", "ordering_constraint": "auto", "fit": true, "wanted_sigma_px": 0.003,
+            "max_sigma_px": 1.0, "min_confidence": 0.1
         });
         Self {
             record: from(json!({

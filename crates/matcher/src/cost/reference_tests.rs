@@ -86,7 +86,7 @@ impl Case {
             subsets.push(seen.iter().copied().filter(|&t| t <= self.reference).collect());
             subsets.push(seen.iter().copied().filter(|&t| t >= self.reference).collect());
         }
-        let least = (self.options.minimum_visible * self.taus.len() as f64).ceil().max(3.0) as usize;
+        let least = (self.options.min_visible * self.taus.len() as f64).ceil().max(3.0) as usize;
         subsets.retain(|subset| subset.len() >= least);
         subsets
     }
@@ -175,7 +175,7 @@ fn compare(
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 4.0 };
     let candidates = Candidates::covering(range, 0.5);
     let options = &case.options;
-    let rule = SeenRule::new(case.taus.len(), options.minimum_visible, options.occlusion);
+    let rule = SeenRule::new(case.taus.len(), options.min_visible, options.occlusion);
     let mut known = 0;
     // Two bands, so that windows reach across their seam.
     for band in [0..3, 3..ROWS] {
@@ -211,7 +211,7 @@ fn case(method: Method, window_px: usize, reference: usize, occlusion: Occlusion
         window_px,
         occlusion,
         interpolation: Interpolation::Cubic,
-        minimum_visible: visible,
+        min_visible: visible,
         ..MatchOptions::for_method(method)
     };
     Case { taus: volume.tau().values().to_vec(), volume, reference, options }

@@ -130,10 +130,10 @@ impl Halved {
     /// As [`search`].
     pub(super) fn searched(&self, task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
         let Self { volume, lines, options } = self;
-        let rule = SeenRule::new(volume.frames(), options.minimum_visible, task.rule.occlusion);
+        let rule = SeenRule::new(volume.frames(), options.min_visible, task.rule.occlusion);
         let mut found =
             search(Task { volume, lines, range: scaled(task.range, 0.5), rule, options, ..task }, progress)?;
-        if options.refine {
+        if options.fit {
             found.guess = stepped(volume, lines, found.guess, rule, || ());
         }
         Ok(refined(task, &found, options.window_px / 2))

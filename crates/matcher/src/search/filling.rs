@@ -29,10 +29,10 @@ const LEAST_NEIGHBOURS: usize = 6;
 const TRIED_REACH: usize = 3;
 
 /// Takes back candidates that hardly differ from their rivals, and those that too few neighbours agree with.
-pub(super) fn drop_ambiguous(searched: &mut Searched, minimum_confidence: f64) {
+pub(super) fn drop_ambiguous(searched: &mut Searched, min_confidence: f64) {
     let (rows, columns) = (searched.guess.rows(), searched.guess.columns());
     for (index, confidence) in searched.confidence.values().iter().enumerate() {
-        if f64::from(*confidence) < minimum_confidence && !searched.guess.values()[index].is_nan() {
+        if f64::from(*confidence) < min_confidence && !searched.guess.values()[index].is_nan() {
             searched.guess.values_mut()[index] = f32::NAN;
             searched.answer.values_mut()[index] = Answer::Ambiguous;
         }
@@ -68,7 +68,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
     let Task { volume, lines, rule, options, .. } = task;
     let columns = searched.guess.columns();
     let resolution = options.method.resolution();
-    let dearest = tolerance.largest_cost(options.minimum_visible);
+    let dearest = tolerance.largest_cost(options.min_visible);
     // Half as many frames as have to must agree with the pixel itself, however well its neighbour fits.
     let dearest_alone = 0.5 * (1.0 + dearest);
     let before = &*searched;

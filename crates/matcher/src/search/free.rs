@@ -191,7 +191,7 @@ impl FreeRows<'_> {
     fn answer(&mut self, y: usize, aggregated: Option<&Aggregated<'_>>) {
         let Search { plan, task: Task { options, .. }, tolerance, .. } = *self.search;
         let dearest =
-            tolerance.map_or(f32::INFINITY, |tolerance| tolerance.largest_cost(options.minimum_visible));
+            tolerance.map_or(f32::INFINITY, |tolerance| tolerance.largest_cost(options.min_visible));
         let columns = self.inverse.len();
         let count = plan.candidates.count();
         let typical = &self.typical[y - self.first_centre()];

@@ -95,7 +95,7 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
         answers(span, penalties.map(|penalties| Aggregation { penalties, room }))
     });
     if ordering == OrderingUsed::Off {
-        filling::drop_ambiguous(&mut searched, options.minimum_confidence);
+        filling::drop_ambiguous(&mut searched, options.min_confidence);
     }
     if let Some(tolerance) = tolerance {
         filling::fill(task, &plan, tolerance, &mut searched);

@@ -188,7 +188,7 @@ pub(super) fn searched(
 ) -> Searched {
     let lines = Lines::new(volume.tau(), reference, volume.columns());
     let occluded = if ordering == OrderingUsed::Off { Occlusion::OneSide } else { Occlusion::None };
-    let rule = SeenRule::new(volume.frames(), options.minimum_visible, occluded);
+    let rule = SeenRule::new(volume.frames(), options.min_visible, occluded);
     let range = DisparityRange { minimum_px: 0.0, maximum_px: 30.0 };
     search(Task { volume, lines: &lines, range, ordering, rule, options }, &Silent).unwrap()
 }
@@ -306,7 +306,7 @@ fn repetitive_texture_is_surveyed_and_searched_right_without_a_range() {
     };
     let scene = volume(24, 320, &tau, shade);
     for reference in [ReferenceFrame::First, ReferenceFrame::Middle] {
-        let options = MatchOptions { reference, refine: false, ..MatchOptions::default() };
+        let options = MatchOptions { reference, fit: false, ..MatchOptions::default() };
         assert_eq!(options.method, Method::Variance);
         let maps = crate::match_volume(&scene, &options, &Silent).unwrap();
         let answered = maps.disparity.values().iter().filter(|value| !value.is_nan());
@@ -320,14 +320,14 @@ fn repetitive_texture_is_surveyed_and_searched_right_without_a_range() {
 fn a_surface_in_view_of_all_frames_is_found_whatever_share_must_see_it() {
     let tau = Tau::equidistant(60).unwrap();
     let scene = volume(20, 200, &tau, |x, y, tau| 0.1 + 0.8 * texture(x - 11.0 * tau, y, 3, 3.0));
-    for minimum_visible in [0.2, 0.5, 0.9, 1.0] {
-        let options = MatchOptions { minimum_visible, ..MatchOptions::default() };
+    for min_visible in [0.2, 0.5, 0.9, 1.0] {
+        let options = MatchOptions { min_visible, ..MatchOptions::default() };
         let found = searched(&scene, 30, OrderingUsed::Off, &options);
         // All frames see what lies 6 px inside; candidates up to 30 px leave the image within another 15 px,
         // and may be the right ones.
         let inner = (0..20).flat_map(|y| (21..179).map(move |x| (x, y)));
         let right = inner.filter(|&(x, y)| (found.guess.at(x, y) - 11.0).abs() < 0.5).count();
         // The contrast of a pixel may be low by chance.
-        assert!(right as f64 >= 0.99 * 20.0 * 158.0, "{minimum_visible}: {right} of {}", 20 * 158);
+        assert!(right as f64 >= 0.99 * 20.0 * 158.0, "{min_visible}: {right} of {}", 20 * 158);
     }
 }

@@ -22,10 +22,10 @@ pub(super) struct Tolerance {
 }
 
 impl Tolerance {
-    /// Largest cost of a right candidate: one that only the share `minimum_visible` of the frames sees, but
+    /// Largest cost of a right candidate: one that only the share `min_visible` of the frames sees, but
     /// no less than one that all frames see may cost.
-    pub(super) fn largest_cost(&self, minimum_visible: f64) -> f32 {
-        let partly_occluded = 1.0 - minimum_visible as f32 * (1.0 - self.typical);
+    pub(super) fn largest_cost(&self, min_visible: f64) -> f32 {
+        let partly_occluded = 1.0 - min_visible as f32 * (1.0 - self.typical);
         let varying = (COSTS_VARY * self.typical).max(ACCEPTED);
         partly_occluded.max(varying).min(1.0)
     }

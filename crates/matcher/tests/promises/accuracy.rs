@@ -50,7 +50,7 @@ fn the_papers_synthetic_experiment_reaches_the_papers_figures() {
 fn every_method_and_interpolation_measures_a_plane() {
     // Bounds: a disparity step of 0.25 px with a parabola leaves some hundredths; linear interpolation biases
     // by up to 0.044 px.
-    for (method, interpolation, refine, bound) in [
+    for (method, interpolation, fit, bound) in [
         (Method::Variance, Interpolation::BSpline, true, 0.01),
         (Method::Variance, Interpolation::BSpline, false, 0.04),
         (Method::Variance, Interpolation::Cubic, false, 0.05),
@@ -58,10 +58,10 @@ fn every_method_and_interpolation_measures_a_plane() {
         (Method::NccFirst, Interpolation::BSpline, false, 0.03),
         (Method::NccMean, Interpolation::Cubic, false, 0.03),
     ] {
-        let options = MatchOptions { refine, interpolation, ..MatchOptions::for_method(method) };
+        let options = MatchOptions { fit, interpolation, ..MatchOptions::for_method(method) };
         let (_, report) = measure(SimulatorConfig::textured_plane(128, 48, 17), &options);
         let errors = report.in_both_end_frames;
-        assert!(errors.median_px < bound, "{method:?} {interpolation:?} {refine}: {errors:?}");
+        assert!(errors.median_px < bound, "{method:?} {interpolation:?} {fit}: {errors:?}");
         // A window of 7 that is the model must lie inside the image: 3 of the 120 columns have none.
         let share = if method == Method::NccFirst { 0.97 } else { 0.98 };
         assert!(errors.answered as f64 > share * errors.pixels as f64, "{method:?}: {errors:?}");
@@ -123,7 +123,8 @@ fn the_stated_sigma_holds_on_a_noisy_plane() {
     config.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.2, slope_y: 0.1 };
     config.sensor.read_noise_dn = 2.0;
     // Larger discs than those of 164 px would leave a handful of independent answers.
-    let (_, report) = measure(config, &MatchOptions { wanted_sigma_px: 0.02, ..MatchOptions::default() });
+    let (_, report) =
+        measure(config, &MatchOptions { wanted_sigma_px: Some(0.02), ..MatchOptions::default() });
     let errors = report.in_both_end_frames;
     println!("{errors:?}");
     // Discs share observations, so that 24000 pixels are some 150 independent ones, of 164 px each:
@@ -153,7 +154,7 @@ fn what_cannot_be_answered_is_not_answered() {
 
     let options = MatchOptions {
         range: Some(DisparityRange { minimum_px: 30.0, maximum_px: 60.0 }),
-        minimum_visible: 1.0,
+        min_visible: 1.0,
         ..of_first_frame()
     };
     let mut config = SimulatorConfig::textured_plane(128, 32, 9);

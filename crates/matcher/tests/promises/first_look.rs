@@ -172,7 +172,7 @@ fn light_that_varies_is_taken_off() {
 #[test]
 fn points_are_answered_that_enough_of_all_frames_see() {
     let painting = Painting::plane(camera(240, 40), 60.3, (0.0, 0.0), texture(4));
-    let options = MatchOptions { minimum_visible: 0.8, ..of_first_frame() };
+    let options = MatchOptions { min_visible: 0.8, ..of_first_frame() };
     let answered = |options: &MatchOptions| -> Vec<bool> {
         let maps = match_volume(&painting.volume(), options, &Silent).unwrap();
         maps.disparity.row(20).iter().map(|disparity| !disparity.is_nan()).collect()
@@ -220,7 +220,7 @@ fn every_way_to_match_has_a_first_look() {
     for options in [
         MatchOptions { search: Search::Exhaustive, ..variance.clone() },
         MatchOptions { semi_global: true, ..variance.clone() },
-        MatchOptions { refine: false, ..variance },
+        MatchOptions { fit: false, ..variance },
         MatchOptions::for_method(Method::Normalised),
         MatchOptions::for_method(Method::NccMean),
     ] {
@@ -228,7 +228,7 @@ fn every_way_to_match_has_a_first_look() {
         let report = compare_with_truth(&maps.disparity, None, &truth.disparity, (0.0, 1.0)).unwrap();
         let errors = report.in_both_end_frames;
         // Without the fit a step of a pixel and its parabola are what there is.
-        let limit_px = if options.refine { 0.1 } else { 0.5 };
+        let limit_px = if options.fit { 0.1 } else { 0.5 };
         assert!(
             errors.answered > errors.pixels * 9 / 10 && errors.mean_px < limit_px,
             "{options:?}: {errors:?}"

@@ -99,7 +99,11 @@ impl Measured {
         let slant = (0.04, -0.02);
         let painting =
             Painting::plane(camera(400, 200, seed), 21.7, slant, texture(seed, gradient_dn_per_px));
-        let options = MatchOptions { wanted_sigma_px, reference: ReferenceFrame::Middle, ..of_first_frame() };
+        let options = MatchOptions {
+            wanted_sigma_px: Some(wanted_sigma_px),
+            reference: ReferenceFrame::Middle,
+            ..of_first_frame()
+        };
         let (maps, truth) = matched(&painting, &options);
         let gradient = painting.gradient(maps.reference);
         let count = FRAMES as f64;

@@ -110,7 +110,7 @@ impl Task {
         let options = MatchOptions {
             reference: ReferenceFrame::Index(index),
             range: options.range.map(range),
-            maximum_sigma_px: options.maximum_sigma_px * span,
+            max_sigma_px: options.max_sigma_px * span,
             ..options.clone()
         };
         let matcher = Matcher::new(volume.selected(&rows, &frames, tau), options)?;

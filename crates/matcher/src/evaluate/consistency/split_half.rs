@@ -133,7 +133,7 @@ mod tests {
         config.sensor.read_noise_dn = 1.0;
         let volume = Simulator::new(config).unwrap().render_volume(&Silent).unwrap();
         // Discs of 164 px reach this; larger ones would leave a single independent answer.
-        let options = MatchOptions { reference, wanted_sigma_px: 0.02, ..MatchOptions::default() };
+        let options = MatchOptions { reference, wanted_sigma_px: Some(0.02), ..MatchOptions::default() };
         split_half(&volume, &options, &Silent).unwrap()
     }
 

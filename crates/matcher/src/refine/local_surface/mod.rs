@@ -34,6 +34,7 @@ use super::foreshortening::take_off_drift;
 use super::light::{Drift, take_off_light};
 use super::padded::{PAD, Padded};
 use super::planes::{ObservationMaps, SurfacePlanes};
+use crate::options::MatchOptions;
 use discs::Discs;
 use epirig_core::grid::Grid;
 use model::{Model, STEEPEST, Shapes};
@@ -55,6 +56,11 @@ const EQUAL: usize = 5;
 const HALF_LARGE_PX: f32 = 3.6;
 /// Discs grow to this many times the large one's radius, in powers of two: 115 px across.
 const MOST_HALVINGS: usize = 3;
+
+/// Radius of the largest discs, in px, rounded up.
+pub fn largest_disc_px() -> usize {
+    ((LARGE as f64).sqrt() * f64::from(1 << MOST_HALVINGS)).ceil() as usize
+}
 
 /// Variance of the blur before anything is seen, in px^2, and one over the variance of that: a
 /// pixel's aperture has 1/12, and a lens spreads a point by some 0.45 px; 0.1 more or less.
@@ -91,6 +97,15 @@ pub enum Sizes {
 }
 
 impl Sizes {
+    /// Those that `options` ask for.
+    pub fn of(options: &MatchOptions) -> Self {
+        match options.wanted_sigma_px {
+            _ if options.quick => Self::Two,
+            None => Self::Equal,
+            Some(wanted_sigma_px) => Self::Growing { wanted_sigma_px },
+        }
+    }
+
     fn model(self, blur: f64, least_texture: f32) -> Model {
         let (shapes, wanted_sigma_px) = match self {
             Self::Equal => ([Shapes::Planes; 2], f64::INFINITY),

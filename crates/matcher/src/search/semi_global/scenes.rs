@@ -48,7 +48,7 @@ fn rows_that_help_each_other_see_a_surface_that_each_by_itself_hardly_sees() {
         (Search::Exhaustive, OrderingUsed::On),
         (Search::Exhaustive, OrderingUsed::Off),
     ] {
-        let options = MatchOptions { search, minimum_confidence: 0.0, ..MatchOptions::default() };
+        let options = MatchOptions { search, min_confidence: 0.0, ..MatchOptions::default() };
         let [alone, together] = [false, true].map(|semi_global| {
             let options = MatchOptions { semi_global, ..options.clone() };
             wrong(&searched(&scene, middle, ordering, &options), |_, y| disparity(y))
