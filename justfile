@@ -68,6 +68,14 @@ deb:
 static:
     packaging/static.sh && packaging/try.sh target/packages/*.tar.gz
 
+# Format, lints, unit tests, and the tests of the program
+quick:
+    bash .ci/run quick
+
 # All that a change must pass, as in CI
 ci:
     bash .ci/run
+
+# The same in full size, with nothing left out
+full:
+    bash .ci/run full

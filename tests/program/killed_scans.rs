@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::size::repetitions;
 use crate::support::epirig;
 use epirig_data::sequence::{ExitStatus, Sequence};
 use epirig_simulator::{SimulatedScan, Simulator, SimulatorConfig};
@@ -49,7 +50,7 @@ fn named(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn three_hundred_kills_lose_nothing() {
+fn kills_at_random_moments_lose_nothing() {
     let seed = 20_261_121;
     println!("seed {seed}");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -62,7 +63,7 @@ fn three_hundred_kills_lose_nothing() {
     crate::scans::assert_whole(&simulator, &folder.path().join("seq"));
 
     let (mut kills, mut ended_before, mut counts) = (0, 0, [0; FRAMES + 1]);
-    while kills < KILLS {
+    while kills < repetitions(KILLS) {
         let folder = tempfile::tempdir().unwrap();
         let mut kept: Vec<String> = Vec::new();
         loop {

@@ -38,6 +38,8 @@ mod scale;
 #[path = "../support/scans.rs"]
 mod scans;
 mod screens;
+#[path = "../support/size.rs"]
+mod size;
 mod small_rig;
 mod split_half;
 #[cfg(unix)]

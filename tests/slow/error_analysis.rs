@@ -166,7 +166,7 @@ fn numbers(line: &str) -> Vec<Option<f64>> {
 }
 
 #[test]
-#[ignore = "takes minutes; `.ci/run tests` runs it"]
+#[ignore = "takes minutes; `.ci/run` runs it"]
 fn each_nuisance_costs_what_the_table_says() {
     let found = table(&rows());
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/ERROR_ANALYSIS.md");

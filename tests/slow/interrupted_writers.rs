@@ -1,5 +1,5 @@
 //! Every verb that writes, interrupted at any moment: by a signal at 300 random moments of each, and by a signal, a kill or a full disk at each of its
-//! steps on the disk. What was there before, or what was to come, is there whole, and an interruption by hand leaves nothing behind.
+//! steps on the disk; in the short form at a quarter of the moments and steps. What was there before, or what was to come, is there whole, and an interruption by hand leaves nothing behind.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Instant;
 
+use crate::size::{is_full, repetitions};
 use crate::support::{images, succeeds, write_png};
 use epirig::calibrate::read_calibration;
 use epirig_core::frame::{Frame, Samples};
@@ -301,8 +302,8 @@ fn send(signal: Signal, child: &Child) {
 }
 
 #[test]
-#[ignore = "takes minutes; `.ci/run tests` runs it"]
-fn three_hundred_signals_to_each_verb_lose_nothing() {
+#[ignore = "takes minutes; `.ci/run` runs it"]
+fn signals_to_each_verb_at_random_moments_lose_nothing() {
     let seed = 20_261_123;
     println!("seed {seed}");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -319,7 +320,7 @@ fn three_hundred_signals_to_each_verb_lose_nothing() {
         let whole = began.elapsed();
         let (mut interrupted, mut done, mut unheard) = (0, 0, 0);
         let mut folder = copied(prepared.path());
-        for moment in 0..MOMENTS {
+        for moment in 0..repetitions(MOMENTS) {
             let before = content(folder.path());
             let child = spawn(Command::new(env!("CARGO_BIN_EXE_epirig")).args(case.arguments), folder.path());
             std::thread::sleep(whole.mul_f64(random.random_range(0.0..1.1)));
@@ -388,7 +389,9 @@ fn disturb_each_step(steps_of: &str, inject: &str, by: Disturbance) {
     let prepared = prepared();
     for case in cases() {
         let mut steps = 0;
-        for step in 1.. {
+        // In the short form the first ones, and every fourth of the others.
+        let stride = if is_full() { 1 } else { 4 };
+        for step in (1..=3).chain((4..).step_by(stride)) {
             let folder = copied(prepared.path());
             let before = content(folder.path());
             let (output, happened) = traced(&case, folder.path(), (steps_of, inject), step).unwrap();
@@ -400,14 +403,14 @@ fn disturb_each_step(steps_of: &str, inject: &str, by: Disturbance) {
             steps = step;
             goes_on(&case, folder.path());
         }
-        println!("{}: {inject} at each of {steps} steps", case.arguments[0]);
+        println!("{}: {inject} at steps up to {steps}", case.arguments[0]);
         // A file or folder is at least written whole: synced, renamed, its folder synced.
         assert!(steps >= 3, "{:?}: the test has gone blind", case.arguments);
     }
 }
 
 #[test]
-#[ignore = "takes minutes; `.ci/run tests` runs it"]
+#[ignore = "takes minutes; `.ci/run` runs it"]
 fn a_signal_at_each_step_of_the_disk_loses_nothing() {
     if can_trace("a_signal_at_each_step_of_the_disk_loses_nothing") {
         disturb_each_step(STEPS, "signal=TERM", Disturbance::Signal);
@@ -415,7 +418,7 @@ fn a_signal_at_each_step_of_the_disk_loses_nothing() {
 }
 
 #[test]
-#[ignore = "takes minutes; `.ci/run tests` runs it"]
+#[ignore = "takes minutes; `.ci/run` runs it"]
 fn a_kill_at_each_step_of_the_disk_loses_nothing() {
     if can_trace("a_kill_at_each_step_of_the_disk_loses_nothing") {
         disturb_each_step(STEPS, "signal=KILL", Disturbance::Harder);
@@ -423,7 +426,7 @@ fn a_kill_at_each_step_of_the_disk_loses_nothing() {
 }
 
 #[test]
-#[ignore = "takes minutes; `.ci/run tests` runs it"]
+#[ignore = "takes minutes; `.ci/run` runs it"]
 fn a_disk_that_refuses_any_one_step_loses_nothing() {
     if can_trace("a_disk_that_refuses_any_one_step_loses_nothing") {
         disturb_each_step(STEPS_AND_WRITES, "error=ENOSPC", Disturbance::Harder);

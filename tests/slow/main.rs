@@ -1,4 +1,5 @@
-//! Tests that take minutes: many rigs, many interruptions. `.ci/run tests` runs them.
+//! Tests that take minutes: many rigs, many interruptions. `.ci/run` runs them in a short form,
+//! `.ci/run full` in full size.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
@@ -8,5 +9,7 @@ mod error_analysis;
 mod interrupted_writers;
 #[path = "../support/known_rig.rs"]
 mod known_rig;
+#[path = "../support/size.rs"]
+mod size;
 #[path = "../support/program.rs"]
 mod support;
