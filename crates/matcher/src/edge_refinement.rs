@@ -12,13 +12,10 @@ use rayon::prelude::*;
 
 use super::contrast::contrast;
 use super::linear_epi::LinearEpi;
+use super::one_surface::OneSurface;
 use super::search::Task;
 use epirig_core::grid::Grid;
 
-/// Disparities around a pixel that are not farther apart than this, in px, lie on one surface.
-const ONE_SURFACE_PX: f32 = 1.0;
-/// Sorted disparities that follow each other by more than this, in px, are of two surfaces.
-const GAP_PX: f32 = 0.5;
 /// Number of frames that are compared, if the sequence has as many.
 const COMPARED_FRAMES: usize = 16;
 /// A pixel takes another surface if its frames disagree with it by less than this share of what they disagree
@@ -59,7 +56,7 @@ impl<'a> Around<'a> {
     /// Whether several surfaces lie around a place, given by column and row.
     pub(super) fn is_edge(&self, (column, row): (usize, usize)) -> bool {
         let (low, high) = self.spans.at(column, row);
-        self.px * (high - low) > ONE_SURFACE_PX
+        self.px * (high - low) > OneSurface::ROUGH.step_px
     }
 
     /// Gives pixels `open` of row `y` (column, and place among the disparities) the disparity that they agree
@@ -104,7 +101,7 @@ impl<'a> Around<'a> {
             rows.flat_map(|v| &self.disparities.row(v)[columns.clone()]).filter(|value| !value.is_nan());
         let mut near: Vec<f32> = near.map(|value| self.px * value).collect();
         near.sort_unstable_by(f32::total_cmp);
-        let surfaces = near.chunk_by(|below, above| above - below <= GAP_PX);
+        let surfaces = near.chunk_by(|below, above| OneSurface::FINE.holds(above - below, 0.0));
         surfaces.filter(|surface| surface.len() >= shown).map(|surface| surface[surface.len() / 2]).collect()
     }
 }

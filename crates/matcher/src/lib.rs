@@ -17,6 +17,7 @@ pub mod mapping;
 mod maps;
 mod matcher;
 pub mod normalise;
+mod one_surface;
 mod options;
 mod outline;
 mod profile;

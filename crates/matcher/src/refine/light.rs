@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use super::foreshortening::drift_row;
 use super::padded::PAD;
 use super::planes::{ObservationMaps, SurfacePlanes};
+use crate::one_surface::OneSurface;
 use epirig_core::grid::Grid;
 
 /// Side of the squares in which the disparity is a plane, in px.
@@ -32,9 +33,6 @@ const REACH: f64 = 10.0 / SIDE as f64;
 const FARTHEST: f64 = 3.0;
 /// Fewer observations in a square tell too little beside the six unknowns.
 const LEAST_PIXELS: f32 = 12.0;
-/// Observations of one surface have guesses that differ by this at most from that of the square's
-/// middle, in px.
-const ONE_SURFACE_PX: f32 = 1.0;
 /// A regressor of which the others leave less than this share (in squares) is one of them, for
 /// single precision.
 const LEAST_LEFT: f64 = 1e-5;
@@ -192,7 +190,7 @@ impl Squares<'_> {
             let maps = maps.map(|map| map.row(y));
             for x in left..columns {
                 let [weight, moment, inverse, gradient, intensity, noise_here] = maps.map(|map| map[PAD + x]);
-                let near = (guess.at(x, y) - surface).abs() <= ONE_SURFACE_PX;
+                let near = OneSurface::ROUGH.holds(guess.at(x, y) - surface, 0.0);
                 if !(near && inverse > 0.0 && gradient != 0.0) {
                     continue;
                 }

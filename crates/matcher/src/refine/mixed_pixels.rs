@@ -9,11 +9,13 @@
 use super::observations::Observation;
 use super::spline::{FRACTIONS, Spline, SplineEpi};
 use crate::lines::Lines;
+use crate::one_surface::OneSurface;
 
 /// Pixels as far from another surface as this may show both, in px: as far as the rim's blur reaches.
 pub(super) const BESIDE_PX: usize = 2;
-/// Disparities that differ by more than this are of two surfaces, in px.
-pub(super) const APART_PX: f32 = 2.0;
+/// Surfaces whose disparities differ by more than this, in px, pass each other by more than their
+/// blur: twice what one surface may have.
+pub(super) const APART_PX: f32 = 2.0 * OneSurface::ROUGH.step_px;
 /// At this distance from the rim, in px, no blur of the nearer surface is left.
 const CLEAR_PX: f64 = 1.5;
 /// Fewer samples tell no share.

@@ -4,9 +4,10 @@
 //! x' of d' meet at tau' = (x - x') / (d' - d); from there on the point is occluded.
 
 use crate::lines::Lines;
+use crate::one_surface::OneSurface;
 
 /// A neighbour is the rim of a nearer surface if its disparity is larger by more than this, in px.
-const RIM_PX: f32 = 1.0;
+const RIM_PX: f32 = OneSurface::ROUGH.step_px;
 /// Neighbouring points that make a surface.
 const RIM_PIXELS: usize = 3;
 /// The rim's blur and the reach of the interpolation: so close to it a sample is not the point's alone, in

@@ -15,15 +15,12 @@ use super::tolerance::Tolerance;
 use crate::linear_epi::LinearEpi;
 use crate::lines::Lines;
 use crate::maps::Answer;
+use crate::one_surface::OneSurface;
 use epirig_core::grid::Grid;
 
-/// Neighbours within this disparity of a pixel are taken to lie on its surface, in px ...
-const SAME_SURFACE_PX: f32 = 1.0;
-/// ... and within this much more for each px between them: steeper surfaces are hardly seen ...
-const STEEPEST_SLANT: f32 = 0.5;
-/// ... and of those at most this far away, in px, ...
+/// Of the neighbours at most this far away, in px, ...
 const NEIGHBOUR_REACH: usize = 2;
-/// ... this many must: a surface seen through a gap two pixels wide still has them.
+/// ... this many must lie on a pixel's surface: one seen through a gap two pixels wide still has them.
 const LEAST_NEIGHBOURS: usize = 6;
 /// Neighbours up to this far away offer their disparities, in px.
 const TRIED_REACH: usize = 3;
@@ -48,7 +45,7 @@ pub(super) fn drop_ambiguous(searched: &mut Searched, min_confidence: f64) {
             let around = y.saturating_sub(NEIGHBOUR_REACH)..(y + NEIGHBOUR_REACH + 1).min(rows);
             let like = |u: usize, v: usize| {
                 let distance = u.abs_diff(x).max(v.abs_diff(y)) as f32;
-                (guess.at(u, v) - own).abs() <= SAME_SURFACE_PX + STEEPEST_SLANT * distance
+                OneSurface::ROUGH.holds(guess.at(u, v) - own, distance)
             };
             let agree: usize = around.clone().map(|v| near.clone().filter(|&u| like(u, v)).count()).sum();
             // At the borders of the image a pixel has fewer neighbours.
@@ -123,7 +120,7 @@ fn surfaces_around(guess: &Grid<f32>, x: usize, y: usize) -> Vec<f32> {
     let mut near: Vec<f32> =
         rows.flat_map(|v| &guess.row(v)[columns.clone()]).copied().filter(|value| !value.is_nan()).collect();
     near.sort_unstable_by(f32::total_cmp);
-    let surfaces = near.chunk_by(|below, above| above - below <= SAME_SURFACE_PX);
+    let surfaces = near.chunk_by(|below, above| OneSurface::ROUGH.holds(above - below, 0.0));
     surfaces.map(|surface| surface[surface.len() / 2]).collect()
 }
 

@@ -3,15 +3,12 @@
 use serde::Serialize;
 
 use super::share;
+use crate::one_surface::OneSurface;
 use crate::{DisparityMaps, MatchError, MatchOptions, ReferenceFrame, match_volume};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::volume::Volume;
-
-/// Neighbours whose disparities differ by more than this, in px, are two surfaces, between which nothing is
-/// interpolated.
-const SAME_SURFACE_PX: f32 = 1.0;
 
 /// Agreement of the answers of the first frame with those of the last.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -92,8 +89,8 @@ fn seen_at(maps: &DisparityMaps, place: f64, y: usize) -> Option<(f32, f32)> {
     let pair = |plane: &Grid<f32>| [plane.at(left, y), plane.at(right, y)];
     let [before, after] = pair(&maps.disparity);
     let share = (place - left as f64) as f32;
-    // False, too, where a neighbour has no answer.
-    let one_surface = (before - after).abs() <= SAME_SURFACE_PX;
+    // Between two surfaces nothing is interpolated; nor where a neighbour has no answer.
+    let one_surface = OneSurface::ROUGH.holds(before - after, 0.0);
     Some((if one_surface { before + share * (after - before) } else { own }, maps.sigma.at(nearest, y)))
 }
 

@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use super::averaged::Averaged;
 use super::directions::Edges;
 use super::disc::{INNER, Point, points};
-use super::model::{EdgePriors, Model, STEEPEST};
-use super::observed::{ONE_SURFACE_PX, Observed};
+use super::model::{EdgePriors, Model};
+use super::observed::Observed;
 use super::plane::{Normal, Plane};
 use super::surface::{Surface, SurfaceRow};
+use crate::one_surface::OneSurface;
 use crate::refine::padded::{LANES, PAD, Padded};
 
 /// Pixels of the largest disc.
@@ -59,7 +60,7 @@ impl Discs {
     pub(super) fn new(squared_radius: usize, edges: Option<EdgePriors>, model: &Model, pixel: f32) -> Self {
         let points = points(squared_radius);
         let slack_px =
-            points.iter().map(|point| ONE_SURFACE_PX + STEEPEST * pixel * point.distance()).collect();
+            points.iter().map(|point| OneSurface::FINE.slack_px(pixel * point.distance())).collect();
         let edges = edges.map(|priors| {
             // Walls are narrow against wide pixels.
             let at_edges = pixel > 1.0;
@@ -169,7 +170,7 @@ impl Discs {
             let found = self.found(simd, observed, (y, start), own);
             for (pair, row) in rows.iter_mut().enumerate() {
                 let guesses = [open[2 * pair], open[2 * pair + 1]];
-                let served = guesses.map(|guess| (guess - own).abs().simd_le(ONE_SURFACE_PX));
+                let served = guesses.map(|guess| (guess - own).abs().simd_le(OneSurface::FINE.step_px));
                 row.put(simd, start, served, [found[2 * pair], found[2 * pair + 1]]);
                 for (side, served) in served.into_iter().enumerate() {
                     open[2 * pair + side] = served.select(nothing, guesses[side]);

@@ -34,10 +34,11 @@ use super::foreshortening::take_off_drift;
 use super::light::{Drift, take_off_light};
 use super::padded::{PAD, Padded};
 use super::planes::{ObservationMaps, SurfacePlanes};
+use crate::one_surface::OneSurface;
 use crate::options::MatchOptions;
 use discs::Discs;
 use epirig_core::grid::Grid;
-use model::{Model, STEEPEST, Shapes};
+use model::{Model, Shapes};
 use observed::Observed;
 use pooling::{halved_sums, of_observed};
 use priors::learned;
@@ -146,7 +147,7 @@ pub(super) fn joined(
     (sizes, least_texture): (Sizes, f32),
 ) -> Joined {
     let mut blur = EXPECTED_BLUR;
-    let slants = guess_is_fitted.then(|| SurfacePlanes::of_surface(guess, origin, STEEPEST));
+    let slants = guess_is_fitted.then(|| SurfacePlanes::of_surface(guess, origin, OneSurface::FINE.slant));
     let light = take_off_light(observations, (guess, origin), slants.as_ref());
     if let Some(slants) = slants {
         let found = take_off_drift(observations, &slants);

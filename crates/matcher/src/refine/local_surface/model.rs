@@ -1,8 +1,5 @@
 //! What is known of the surface and of the camera before.
 
-/// Guesses that differ by more from pixel to pixel are of two surfaces, in px/px.
-pub(super) const STEEPEST: f32 = 0.3;
-
 /// What surfaces are looked for in a disc.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shapes {

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::one_surface::OneSurface;
 use crate::refine::padded::{PAD, Padded};
 use crate::refine::planes::ObservationMaps;
 use epirig_core::grid::Grid;
@@ -14,8 +15,6 @@ const LARGEST_SHARE: f32 = 0.95;
 /// would pull the mean to the guess.
 const LARGEST_STEP_PX: f32 = 1.0;
 const STEP_SIGMAS: f32 = 3.0;
-/// Guesses of one surface among 2 x 2 pixels differ by this much at most, in px.
-pub(super) const ONE_SURFACE_PX: f32 = 0.5;
 
 /// Observed disparities.
 pub(super) struct Observed {
@@ -88,7 +87,7 @@ impl Observed {
                 // four.
                 let (mut guesses, mut count, mut weights, mut moments) = (0.0, 0.0, 0.0, 0.0);
                 for (index, (guess, weight, value)) in pixels.into_iter().enumerate() {
-                    if (guess - best.0).abs() <= ONE_SURFACE_PX {
+                    if OneSurface::FINE.holds(guess - best.0, 0.0) {
                         guesses += counts[index / 2] * (guess - best.0);
                         count += counts[index / 2];
                         weights += weight;

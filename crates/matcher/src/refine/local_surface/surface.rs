@@ -4,10 +4,8 @@ use fearless_simd::{Select, Simd, SimdBase, f32x16, mask32x16};
 use rayon::prelude::*;
 
 use super::observed::Observed;
+use crate::one_surface::OneSurface;
 use crate::refine::padded::{LANES, PAD, Padded};
-
-/// A disparity this far from a pixel's guess is another surface's, in px.
-const ANOTHER_SURFACE_PX: f32 = 1.0;
 
 /// Maps of a surface.
 #[derive(Debug, Clone)]
@@ -83,7 +81,7 @@ impl Surface {
                     let across = if (place - PAD).is_multiple_of(2) { -0.25 } else { 0.25 };
                     let disparity = d[from] + p[from] * across + q[from] * down;
                     row[0][place] = disparity;
-                    let same = (disparity - guess[place]).abs() < ANOTHER_SURFACE_PX;
+                    let same = OneSurface::ROUGH.holds(disparity - guess[place], 0.0);
                     row[1][place] = if same { variance[from] } else { f32::INFINITY };
                     row[2][place] = addition[from];
                     if has_slants {
