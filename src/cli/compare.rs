@@ -16,7 +16,7 @@ use crate::pipeline::{
 use crate::results::{ResultsFolder, ResultsKind, scale_in_words};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{ScaleSigma, TrendKind};
+use epirig_surface::{ScaleSigma, TrendKind};
 
 /// Places that are printed; places.csv has all.
 const PRINTED_PLACES: usize = 5;

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{CliError, Talk};
 use crate::results::{Region, read_mask};
-use epirig_matcher::surface::Rectangle;
+use epirig_surface::Rectangle;
 
 /// The part of the picture that counts.
 #[derive(Debug, Clone, Args)]

@@ -18,7 +18,7 @@ use crate::pipeline::{
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{
+use epirig_surface::{
     Combined, Contribution, DepthOnPlateaus, Evaluation, Filters, HalfHeights, Heights, Roughness, TrendKind,
 };
 

@@ -18,8 +18,8 @@ use epirig_core::volume::VolumeError;
 use epirig_data::sequence::SequenceError;
 use epirig_data::storage::ReadError;
 use epirig_matcher::MatchError;
-use epirig_matcher::surface::SurfaceError;
 use epirig_server::{Refusal, RefusalKind};
+use epirig_surface::SurfaceError;
 
 /// Errors of the panel.
 #[derive(Debug, Error)]

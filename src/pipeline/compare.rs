@@ -12,10 +12,10 @@ use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::comparison::{
+use epirig_surface::comparison::{
     Comparison, ComparisonError, DifferenceStatistics, Place, Registration, compare,
 };
-use epirig_matcher::surface::{Heights, Rectangle, ScaleSigma, TrendKind};
+use epirig_surface::{Heights, Rectangle, ScaleSigma, TrendKind};
 
 /// Samples of the frames that are registered: fine enough that rounding does not count.
 const BIT_DEPTH: u8 = 16;

@@ -3,7 +3,7 @@
 use crate::calibrate::{Calibration, LensSource};
 use crate::profile::Profile;
 use epirig_data::sequence::{Origin, Sequence};
-use epirig_matcher::surface::{Geometry, ScaleSigma};
+use epirig_surface::{Geometry, ScaleSigma};
 
 /// Lens and baseline: from the calibration, or as far as the sequence's records hold them.
 pub fn geometry(sequence: &Sequence, calibration: Option<&Calibration>) -> Option<Geometry> {

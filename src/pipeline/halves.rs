@@ -4,7 +4,7 @@ use super::{Frames, OpenedResults, PipelineError, load};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::evaluate::{SplitHalfError, match_halves};
-use epirig_matcher::surface::HalfHeights;
+use epirig_surface::HalfHeights;
 
 /// The frames that [`half_heights`] holds in memory, for [`halves_need`](super::halves_need).
 pub fn half_frames(sequence: &Sequence, opened: &OpenedResults) -> Frames {

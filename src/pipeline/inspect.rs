@@ -10,11 +10,11 @@ use crate::results::{
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
-use epirig_matcher::surface::{
+use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions};
+use epirig_surface::{
     Extent, Filters, Geometry, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError,
     TrendKind, find_extent, find_outliers, find_steps, fit_trend, profile,
 };
-use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions};
 
 /// Questions about a surface.
 #[derive(Debug, Clone, PartialEq)]

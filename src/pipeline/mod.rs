@@ -37,8 +37,8 @@ use epirig_data::formats::{MapFacts, Quantity};
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
 use epirig_matcher::evaluate::SplitHalfError;
 use epirig_matcher::lines::Lines;
-use epirig_matcher::surface::{Heights, SurfaceError, heights};
 use epirig_matcher::{Answer, DisparityMaps, MatchError, MatchOptions, Matcher};
+use epirig_surface::{Heights, SurfaceError, heights};
 
 pub use classes::answer_classes;
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};

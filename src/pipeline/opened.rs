@@ -9,7 +9,7 @@ use crate::results::{MatchSummary, ResultFiles, ResultsMismatch};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{Heights, heights};
+use epirig_surface::{Heights, heights};
 
 /// Results of `epirig match`, with what they were made with.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use crate::report::{ValueRange, height_colour};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{Vertex, ply};
-use epirig_matcher::surface::Heights;
+use epirig_surface::Heights;
 
 /// `z_mm` (rows x columns, NaN for no point) as PLY: x to the right, y up and z towards the camera, in mm; and
 /// two triangles between any four neighbours that have points. Colours are those of the pictures over

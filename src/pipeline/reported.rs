@@ -7,7 +7,7 @@ use crate::report::html::{CalibrationPart, Maps, Report, Scan};
 use crate::results::{ResultsFolder, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, now};
-use epirig_matcher::surface::{HalfHeights, Heights};
+use epirig_surface::{HalfHeights, Heights};
 
 /// The maps that heights are computed from.
 const SOURCES: [&str; 2] = ["disparity.tiff", "sigma.tiff"];

@@ -6,8 +6,8 @@ use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::lines::Lines;
-use epirig_matcher::surface::Heights;
 use epirig_matcher::{Answer, DisparityMaps, MatchOptions};
+use epirig_surface::Heights;
 
 /// The numbers of `match.json`; `calibration` is what the frames were corrected with.
 pub(super) fn summarise(

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::read::read_results_record;
 use super::{ResultsError, ResultsKind};
 use crate::number::{ascii, percent, plain, sigma, with_interval};
-use epirig_matcher::surface::{Combined, ScaleSigma};
+use epirig_surface::{Combined, ScaleSigma};
 
 /// What was measured, how well that is known, and whether it is as planned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -24,11 +24,11 @@ pub use region::{Mask, MaskError, MaskFacts, Region, parse_mask, read_mask};
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture, mask_value};
 
-use epirig_matcher::surface::Rectangle;
 use epirig_matcher::{
     DisparityRange, LightChange, LockingAmplitudes, LockingHarmonic, MatchOptions, OrderingConstraint,
     OrderingUsed, PixelLocking, ReferenceFrame,
 };
+use epirig_surface::Rectangle;
 
 /// Hash of the bytes of a file.
 fn hash(bytes: &[u8]) -> String {

@@ -10,7 +10,7 @@ use epirig_core::frame::Samples;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{ImageFault, LARGEST_IMAGE, decode_grey, header};
 use epirig_data::storage::{ReadError, read_named};
-use epirig_matcher::surface::Rectangle;
+use epirig_surface::Rectangle;
 
 /// The part of a picture that a question is about; all of it by default.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{Conclusion, MaskFacts};
 use crate::number::{fixed, with_sigma};
-use epirig_matcher::surface::{
+use epirig_surface::{
     Budget, Depth, DepthAtMargin, DepthOnPlateaus, Filters, Part, Rectangle, Roughness, ScaleSigma, Trend,
 };
 

@@ -11,9 +11,9 @@ use epirig::pipeline::geometry;
 use epirig_core::frame::Frame;
 use epirig_core::progress::Silent;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::heights;
 use epirig_matcher::{MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Simulator, SimulatorConfig};
+use epirig_surface::heights;
 
 /// The matcher's largest window is 5 px wide, and a wall 1.3 px.
 const MARGIN_PX: usize = 3;

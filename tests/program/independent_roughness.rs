@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::support::{fails, images, succeeds};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat};
-use epirig_matcher::surface::{Filters, Roughness};
+use epirig_surface::{Filters, Roughness};
 
 /// Reads an X3P, compares it with the same map as TIFF or NPY, and our parameters with those of surfalize.
 /// surfalize has no filter for surfaces with holes. So it filters the heights with zeros in the holes, and the

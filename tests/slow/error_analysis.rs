@@ -11,9 +11,9 @@ use epirig::calibrate::{calibrate, load_calibrated};
 use epirig::pipeline::geometry;
 use epirig_core::progress::Silent;
 use epirig_data::sequence::load_volume;
-use epirig_matcher::surface::{Geometry, heights};
 use epirig_matcher::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Bands, HandBoard, Scene, Sensor, Simulator, SimulatorConfig, StepError};
+use epirig_surface::{Geometry, heights};
 
 /// Half of a wall of 1.3 px, and of the smallest discs' 5 px.
 const MARGIN_PX: usize = 3;

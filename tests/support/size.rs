@@ -1,13 +1,13 @@
 //! How often what chance decides is repeated.
 
 /// The number of repetitions: `full` where EPIRIG_FULL is set, as `.ci/run full` does, and else a part of it.
-pub fn repetitions(full: usize) -> usize {
+pub(crate) fn repetitions(full: usize) -> usize {
     /// A quarter: what is counted is known half as well.
     const PART: usize = 4;
     if is_full() { full } else { full.div_ceil(PART) }
 }
 
 /// Whether everything is tested in full size.
-pub fn is_full() -> bool {
+pub(crate) fn is_full() -> bool {
     std::env::var_os("EPIRIG_FULL").is_some()
 }

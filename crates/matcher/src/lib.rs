@@ -3,7 +3,6 @@
 mod area;
 pub mod candidates;
 mod changing_light;
-pub mod comparison;
 mod contrast;
 pub mod cost;
 mod edge_refinement;
@@ -25,7 +24,6 @@ mod quick;
 pub mod range;
 pub mod refine;
 mod search;
-pub mod surface;
 mod window_sums;
 mod winner;
 

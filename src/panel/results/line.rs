@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::profile_csv;
-use epirig_matcher::surface::{Line, Profile, profile};
 use epirig_server::{Query, Refusal};
+use epirig_surface::{Line, Profile, profile};
 
 use super::surface::heights;
 

@@ -12,7 +12,7 @@ use crate::panel::PanelError;
 use crate::pipeline::{SurfaceQuestions, analyse_surface, steps_options};
 use crate::results::{Mask, Region, SurfaceSummary, parse_mask};
 use epirig_core::choice::Choice as _;
-use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
+use epirig_surface::{Heights, Rectangle, TrendKind};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

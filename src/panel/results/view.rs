@@ -17,7 +17,7 @@ use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::{is_there, read_file};
-use epirig_matcher::surface::HalfHeights;
+use epirig_surface::HalfHeights;
 
 /// Name of the usual folder of results.
 pub(super) const RESULTS: &str = "results";

@@ -18,7 +18,7 @@ use crate::results::{Region, ResultsFolder, ResultsKind};
 use crate::rig::{calibration_plan, can_be_calibrated};
 use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
-use epirig_matcher::surface::TrendKind;
+use epirig_surface::TrendKind;
 
 /// Begins to measure the sequence `name` in `folder`, in a thread of its own. STOP ends it.
 ///

@@ -5,7 +5,7 @@ use super::markup::{Markup, data, element, joined, list, pairs, paragraph, table
 use crate::number::{fixed, plain, share, sigma, significant, with_interval};
 use crate::results::{LevelsSummary, scale_in_words};
 use epirig_core::choice::Choice as _;
-use epirig_matcher::surface::{Contribution, Depth, Evaluation, Filters, Roughness};
+use epirig_surface::{Contribution, Depth, Evaluation, Filters, Roughness};
 
 pub(super) fn steps(report: &Report<'_>) -> Markup {
     let levels = match &report.surface.levels {

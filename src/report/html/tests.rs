@@ -7,7 +7,7 @@ use crate::report::{Chart, Series};
 use crate::results::{Conclusion, FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Event, FrameRecord, SequenceRecord, StopRecord};
-use epirig_matcher::surface::{
+use epirig_surface::{
     Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Filters, Part,
     Roughness, ScaleSigma, Trend, TrendKind,
 };

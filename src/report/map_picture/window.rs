@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use epirig_core::grid::Grid;
-use epirig_matcher::surface::{Geometry, Heights};
+use epirig_surface::{Geometry, Heights};
 
 /// What is shown around the known pixels: this share of their longer side, from and up to so many px.
 const MARGIN: usize = 25;

@@ -3,12 +3,10 @@
 //! `cargo bench -p epirig-matcher --bench turned [-- --seed N] [--only TEXT] [--frames N]
 //! [--quick]` prints a table in Markdown, a row for each scene: errors in px and in units of sigma,
 //! and the time. `--only TEXT` takes the scenes whose names hold that, `--test` two small ones.
-//! `--depths` prints another table: how well the depth of hollows is measured, by width, depth and
-//! shape.
+//! How well the depth of hollows is measured is told by the bench `depths` of `epirig-surface`.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 
-mod depths;
 mod light;
 mod render;
 mod scenes;
@@ -38,10 +36,6 @@ fn main() {
     let size = if is_test { Size { side_px: 64, frames: 15 } } else { Size { side_px: 256, frames } };
     let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
     let options = if given("--quick") { options.quick() } else { options };
-    if given("--depths") {
-        depths::print_table(seed, size, &options);
-        return;
-    }
     println!("{}", Score::HEAD);
     let only = after("--only").map_or("", String::as_str);
     let asked = scenes(seed).into_iter().filter(|scene| scene.name.contains(only));

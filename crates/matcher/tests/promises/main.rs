@@ -7,7 +7,6 @@ mod first_look;
 mod hollow_depth;
 mod honest_sigma;
 mod hundredth_of_a_pixel;
-mod measured_hollows;
 mod occlusions;
 mod painted;
 mod painted_scenes;

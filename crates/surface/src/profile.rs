@@ -123,7 +123,7 @@ fn between(map: &Grid<f32>, x: f64, y: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::Geometry;
+    use crate::Geometry;
 
     /// h = 0.1 x + 0.01 y over 20 x 30 px of 0.5 mm.
     fn ramp() -> Heights {

@@ -12,7 +12,7 @@ mod tests;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::surface::{Heights, SurfaceError, Trend, TrendKind, find_extent, fit_trend};
+use crate::{Heights, SurfaceError, Trend, TrendKind, find_extent, fit_trend};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{mean, median};
 pub use places::Place;

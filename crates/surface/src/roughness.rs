@@ -31,7 +31,7 @@ pub struct Roughness {
 ///
 /// ```
 /// use epirig_core::grid::Grid;
-/// use epirig_matcher::surface::roughness;
+/// use epirig_surface::roughness;
 ///
 /// let rest = Grid::from_values(1, 4, vec![3.0, -1.0, -3.0, 1.0]).unwrap();
 /// let found = roughness(&rest, &Grid::filled(1, 4, 1.0), |_, _| true).unwrap();

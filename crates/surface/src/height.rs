@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::evaluate::HalfMaps;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
+use epirig_matcher::evaluate::HalfMaps;
 
 /// The geometry from disparity to distance: an ideal pinhole camera and the length of the baseline.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -188,7 +188,7 @@ impl HalfHeights {
 ///
 /// ```
 /// use epirig_core::grid::Grid;
-/// use epirig_matcher::surface::{Geometry, heights};
+/// use epirig_surface::{Geometry, heights};
 ///
 /// let geometry = Geometry::exact(2844.0, 150.0, (1.0, 0.0));
 /// let disparity = Grid::from_values(1, 3, vec![474.0, 474.0, 473.9]).unwrap();

@@ -1,6 +1,6 @@
 //! The options of the search for two levels.
 
-use crate::surface::trend::TrendKind;
+use crate::trend::TrendKind;
 
 /// Parameters of the search, from the matcher and the object.
 #[derive(Debug, Clone, Copy, PartialEq)]

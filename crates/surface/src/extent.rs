@@ -215,7 +215,7 @@ fn without_rim(field: &Grid<bool>, inside: &Grid<bool>, reach: usize) -> Grid<bo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::Geometry;
+    use crate::Geometry;
 
     const NAN: f32 = f32::NAN;
 

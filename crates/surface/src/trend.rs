@@ -396,7 +396,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::surface::Geometry;
+    use crate::Geometry;
 
     /// c0 to c5 in mm, mm/mm and 1/mm.
     const TRUTH: [f64; 6] = [0.3, 0.004, -0.007, 2e-4, -1e-4, -1.5e-4];

@@ -1,7 +1,8 @@
-//! Surfaces: heights from disparity, the form of the field, step heights, outliers, profiles, filters and roughness.
+#![doc = include_str!("../README.md")]
 
 mod blocks;
-pub(crate) mod connected;
+pub mod comparison;
+mod connected;
 mod error;
 mod extent;
 mod filter;

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::surface::Geometry;
+use crate::Geometry;
 
 const SIGMA_MM: f64 = 0.01;
 

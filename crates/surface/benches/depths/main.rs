@@ -1,15 +1,31 @@
-//! The depth of hollows as `surface` measures it: how far it is off, and how often its interval holds.
+//! The depth of hollows as `epirig surface` measures it: how far it is off, and how often its interval holds.
+//!
+//! `cargo bench -p epirig-surface --bench depths [-- --seed N] [--frames N]` prints a table in Markdown, a row
+//! for each width, depth and shape; `--test` measures one small scene.
+
+#![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
+
+#[path = "../../../matcher/benches/turned/light.rs"]
+mod light;
+#[path = "../../../matcher/benches/turned/render.rs"]
+mod render;
+#[allow(dead_code, reason = "the matcher's bench has more scenes")]
+#[path = "../../../matcher/benches/turned/scenes.rs"]
+mod scenes;
+#[allow(dead_code, reason = "the matcher's bench has more textures")]
+#[path = "../../../matcher/benches/turned/texture.rs"]
+mod texture;
 
 use epirig_core::progress::Silent;
 use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::match_halves;
-use epirig_matcher::surface::{Geometry, StepsOptions, TrendKind, find_extent, find_steps, heights};
 use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions, match_volume};
+use epirig_surface::{Geometry, StepsOptions, TrendKind, find_extent, find_steps, heights};
 
-use super::light::Light;
-use super::render::{Size, rendered};
-use super::scenes::{BASE_PX, Disparity, Scene, across, walled};
-use super::texture::Paint;
+use light::Light;
+use render::{Size, rendered};
+use scenes::{BASE_PX, Disparity, Scene, across, walled};
+use texture::Paint;
 
 /// The shape of hollows.
 #[derive(Debug, Clone, Copy)]
@@ -82,8 +98,27 @@ const BASELINE_MM: f64 = 0.648;
 /// depth; and its standard uncertainty in the same unit.
 type Measured = Result<[f64; 3], String>;
 
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let after = |name: &str| {
+        let place = arguments.iter().position(|argument| argument == name)?;
+        arguments[place + 1].parse::<u64>().ok()
+    };
+    let seed = after("--seed").unwrap_or(1);
+    let options = MatchOptions::default();
+    if arguments.iter().any(|argument| argument == "--test") {
+        let hollows = Hollows { shape: Shape::Stripes(0.0), width_px: 12.6, depth_px: 0.5 };
+        let volume = rendered(&hollows.scene(seed), Size { side_px: 96, frames: 15 });
+        let [off, half_width, _] = measured(&volume, hollows.depth_px, &options).unwrap();
+        assert!(off.abs() < half_width, "the depth is off by {off} of itself, +- {half_width} is stated");
+        return;
+    }
+    let frames = after("--frames").map_or(51, |frames| frames as usize);
+    print_table(seed, Size { side_px: 256, frames }, &options);
+}
+
 /// A row for each kind of hollows; reasons of refusals differ by their numbers alone, so the first is told.
-pub(super) fn print_table(first_seed: u64, size: Size, options: &MatchOptions) {
+fn print_table(first_seed: u64, size: Size, options: &MatchOptions) {
     println!(
         "| hollows | width, px | depth, px | off, % | +- | in sigma | spread | stated +-, % | intervals hold | refused |\n\
          | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"

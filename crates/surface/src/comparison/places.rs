@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::surface::connected::connected;
+use crate::connected::connected;
 use epirig_core::grid::Grid;
 
 /// A difference of more than this many sigma is significant: of a thousand unchanged pixels, three are.

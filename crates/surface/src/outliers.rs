@@ -61,7 +61,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::surface::{Geometry, StepsOptions, TrendKind, find_steps};
+    use crate::{Geometry, StepsOptions, TrendKind, find_steps};
 
     const SCATTER_MM: f64 = 0.02;
 

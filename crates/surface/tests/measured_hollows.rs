@@ -1,11 +1,16 @@
 //! The surface's own search for levels finds the depth of the ideal tile's hollows to 0.003 mm, and of each
 //! to 0.010 mm.
 
-use crate::promises::{Bounds, Figures, Promise};
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+#[path = "../../matcher/tests/promises/promises.rs"]
+mod promises;
+
 use epirig_core::progress::Silent;
-use epirig_matcher::surface::{Geometry, StepsOptions, TrendKind, find_extent, find_steps, heights};
 use epirig_matcher::{MatchOptions, match_volume};
 use epirig_simulator::{Simulator, SimulatorConfig};
+use epirig_surface::{Geometry, StepsOptions, TrendKind, find_extent, find_steps, heights};
+use promises::{Bounds, Figures, Promise};
 
 const FRAMES: usize = 100;
 const DEPTH_MM: f64 = 0.2;

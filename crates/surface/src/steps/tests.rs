@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::super::height::Geometry;
 use super::*;
-use crate::surface::trend::TrendKind;
+use crate::trend::TrendKind;
 
 const SIDE: usize = 200;
 /// Of the window over which errors are averaged, so that pixels closer than this share a part of them.
