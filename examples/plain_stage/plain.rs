@@ -14,6 +14,7 @@
 //! `*` and two digits end a line: the sum of the bytes before ` *`, modulo 256, in hexadecimal. A damaged line gets no
 //! answer, so the host asks again; orders are absolute, so asking again does no harm.
 
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use epirig_core::settings::{Key, Settings};
@@ -76,7 +77,7 @@ impl StageDriver for Plain {
         let device = PlainDevice::new(faults);
         let plant = device.plant.clone();
         Some(SimulatedStage {
-            device: Box::new(device),
+            device: Arc::new(Mutex::new(device)),
             plant,
             mm_from_home: |steps| (steps - HOME_SWITCH_AT) as f64 / f64::from(STEPS_PER_MM),
             step_mm: 1.0 / f64::from(STEPS_PER_MM),

@@ -1,7 +1,7 @@
 //! `epirig simulate`.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use clap::Args;
@@ -83,10 +83,10 @@ impl Simulate {
         // A board counts its starts; each run is another one.
         let boot = time().as_second() as u32;
         let mut world = None;
-        let device: Box<dyn SimulatedDevice> = if let Some(output) = &self.video_output {
+        let device: Arc<Mutex<dyn SimulatedDevice>> = if let Some(output) = &self.video_output {
             let mut stage = NativeDevice::new(self.fault).at_boot(boot);
             world = Some(World::show(Self::simulator(self.size)?, &mut stage, output)?);
-            Box::new(stage)
+            Arc::new(Mutex::new(stage))
         } else {
             let simulated = self.driver.simulated(self.fault, boot);
             simulated.ok_or_else(|| CliError::usage(format!("{} has no serial line", self.driver)))?.device

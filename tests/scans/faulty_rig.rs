@@ -25,7 +25,7 @@ const NOISY: Duration = Duration::from_secs(10);
 
 /// A simulated device whose carriage is watched, and whose line becomes noisy for a while when it is told to.
 pub struct Watched {
-    device: Box<dyn SimulatedDevice>,
+    device: Arc<Mutex<dyn SimulatedDevice>>,
     plant: Plant,
     mm_from_home: fn(i64) -> f64,
     settings: Settings,

@@ -69,7 +69,7 @@ impl UvcRig {
         let mut stage = NativeDevice::new(FaultScript::default()).at_boot(now.as_millis() as u32);
         let size: Size = SIZE.parse().unwrap();
         let (scene, renderer) = Scene::before(&mut stage, size);
-        let served = serve(Box::new(stage), &LineNoise::bad(1, 0.0), Path::new(OTHER_END)).unwrap();
+        let served = serve(stage, &LineNoise::bad(1, 0.0), Path::new(OTHER_END)).unwrap();
         let camera = UvcCamera::new(0, kind.model(SERIAL_NUMBER), scene.clone(), DELAY, LAG);
         Self {
             link: camera.link(),

@@ -176,7 +176,7 @@ impl VividBench {
 
 impl Bench for VividBench {
     fn stage(&mut self) -> &mut dyn Stage {
-        self.stage.as_mut().unwrap()
+        self.stage.as_deref_mut().unwrap()
     }
 
     fn camera(&mut self) -> &mut dyn Camera {

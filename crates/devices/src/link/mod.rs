@@ -61,25 +61,3 @@ pub trait Link: Send {
         0
     }
 }
-
-impl<L: Link + ?Sized> Link for Box<L> {
-    fn name(&self) -> &str {
-        (**self).name()
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        (**self).send(bytes)
-    }
-
-    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> Result<usize, LinkError> {
-        (**self).receive(buffer, patience)
-    }
-
-    fn now(&self) -> Duration {
-        (**self).now()
-    }
-
-    fn session(&self) -> u64 {
-        (**self).session()
-    }
-}

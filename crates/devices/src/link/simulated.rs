@@ -44,24 +44,6 @@ impl<D: SimulatedDevice + ?Sized> SimulatedDevice for Arc<Mutex<D>> {
     }
 }
 
-impl<D: SimulatedDevice + ?Sized> SimulatedDevice for Box<D> {
-    fn receive(&mut self, byte: u8) {
-        (**self).receive(byte);
-    }
-
-    fn advance(&mut self, time: Duration) {
-        (**self).advance(time);
-    }
-
-    fn take_sent(&mut self) -> Vec<u8> {
-        (**self).take_sent()
-    }
-
-    fn connected(&self) -> bool {
-        (**self).connected()
-    }
-}
-
 /// Random faults of a line; each direction has its own.
 ///
 /// ```

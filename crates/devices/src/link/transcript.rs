@@ -123,17 +123,17 @@ fn parse_entry(line: &str) -> Option<Entry> {
 }
 
 /// A link that records the traffic of another one.
-pub struct Recorder<L, W> {
-    link: L,
+pub struct Recorder<W> {
+    link: Box<dyn Link>,
     to: W,
 }
 
-impl<L: Link, W: Write + Send> Recorder<L, W> {
+impl<W: Write + Send> Recorder<W> {
     /// Records `link` to `to`.
     ///
     /// # Errors
     /// [`LinkError::Io`] if the heading cannot be written.
-    pub fn new(link: L, to: W, dialect: &str) -> Result<Self, LinkError> {
+    pub fn new(link: Box<dyn Link>, to: W, dialect: &str) -> Result<Self, LinkError> {
         let mut recorder = Self { link, to };
         let heading = format!(
             "{FIRST_LINE}\n# dialect {dialect}\n# port {}\n# session {}\n",
@@ -163,7 +163,7 @@ impl<L: Link, W: Write + Send> Recorder<L, W> {
     }
 }
 
-impl<L: Link, W: Write + Send> Link for Recorder<L, W> {
+impl<W: Write + Send> Link for Recorder<W> {
     fn name(&self) -> &str {
         self.link.name()
     }

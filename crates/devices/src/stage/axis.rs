@@ -138,68 +138,6 @@ impl Kinematics {
     }
 }
 
-impl<A: Axis + ?Sized> Axis for Box<A> {
-    fn identity(&self) -> StageIdentity {
-        (**self).identity()
-    }
-
-    fn travel_mm(&self) -> f64 {
-        (**self).travel_mm()
-    }
-
-    fn kinematics(&self) -> Kinematics {
-        (**self).kinematics()
-    }
-
-    fn is_homed(&self) -> bool {
-        (**self).is_homed()
-    }
-
-    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
-        (**self).position_settings()
-    }
-
-    fn home(&mut self) -> Result<Homed, StageError> {
-        (**self).home()
-    }
-
-    fn position_at_rest_mm(&mut self, during: &str) -> Result<Option<f64>, StageError> {
-        (**self).position_at_rest_mm(during)
-    }
-
-    fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {
-        (**self).go_to(motion)
-    }
-
-    fn state(&mut self) -> Result<StageState, StageError> {
-        (**self).state()
-    }
-
-    fn stop(&mut self) -> Result<(), StageError> {
-        (**self).stop()
-    }
-
-    fn forget_position(&mut self) {
-        (**self).forget_position();
-    }
-
-    fn stop_switch(&self) -> StopSwitch {
-        (**self).stop_switch()
-    }
-
-    fn now(&self) -> Duration {
-        (**self).now()
-    }
-
-    fn holds_at_rest(&self) -> Option<bool> {
-        (**self).holds_at_rest()
-    }
-
-    fn notes(&self) -> &[String] {
-        (**self).notes()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

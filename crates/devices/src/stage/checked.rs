@@ -38,8 +38,8 @@ const READINGS: u32 = 6;
 /// # Ok::<(), epirig_devices::stage::StageError>(())
 /// ```
 #[derive(Debug)]
-pub struct CheckedStage<A> {
-    pub(super) axis: A,
+pub struct CheckedStage<A: ?Sized> {
+    pub(super) axis: Box<A>,
     limits: MotionLimits,
     approach_mm: f64,
     /// Whether the position is known: the device knew it, and no fault has happened since.
@@ -49,9 +49,9 @@ pub struct CheckedStage<A> {
     home_shift_mm: Option<f64>,
 }
 
-impl<A: Axis> CheckedStage<A> {
+impl<A: Axis + ?Sized> CheckedStage<A> {
     /// Wraps `axis` with the default limits; every position is approached directly.
-    pub fn over(axis: A) -> Self {
+    pub fn over(axis: Box<A>) -> Self {
         info!(
             device = axis.identity().to_string(),
             travel_mm = axis.travel_mm(),
@@ -194,7 +194,7 @@ impl<A: Axis> CheckedStage<A> {
     }
 }
 
-impl<A: Axis> CheckedStage<A> {
+impl<A: Axis + ?Sized> CheckedStage<A> {
     fn home_and_check(&mut self) -> Result<(), StageError> {
         self.refuse_if_stopped()?;
         (self.is_known, self.rest_mm, self.home_shift_mm) = (false, None, None);
@@ -235,7 +235,7 @@ impl<A: Axis> CheckedStage<A> {
     }
 }
 
-impl<A: Axis> Stage for CheckedStage<A> {
+impl<A: Axis + ?Sized> Stage for CheckedStage<A> {
     fn identity(&self) -> StageIdentity {
         self.axis.identity()
     }

@@ -61,7 +61,7 @@ fn greet(greeting: &Greeting, connection: &mut Connection<'_>) -> Result<Option<
 
 #[cfg(test)]
 mod tests {
-    use std::sync::{Arc, Mutex};
+    use std::sync::Arc;
 
     use super::*;
     use crate::link::{Link, SimulatedLink};
@@ -74,8 +74,7 @@ mod tests {
         for owner in with_line() {
             for asked in with_line() {
                 let simulated = owner.simulated(FaultScript::default(), 1).unwrap();
-                // It stays as it is while lines to it are opened and closed.
-                let device = Arc::new(Mutex::new(simulated.device));
+                let device = simulated.device;
                 let mut open_line =
                     |_| Ok(Box::new(SimulatedLink::new(Arc::clone(&device))) as Box<dyn Link>);
                 let mut connection = Connection {

@@ -55,7 +55,7 @@ fn session(stage: &mut dyn Stage) -> Vec<f64> {
 
 fn record_and_replay(device: impl SimulatedDevice + 'static, dialect: &str, connect: Connect) {
     let paper = Paper::default();
-    let recorder = Recorder::new(SimulatedLink::new(device), paper.clone(), dialect).unwrap();
+    let recorder = Recorder::new(Box::new(SimulatedLink::new(device)), paper.clone(), dialect).unwrap();
     let recorded = session(&mut *connect(Box::new(recorder)).unwrap());
     let text = String::from_utf8(paper.0.lock().unwrap().clone()).unwrap();
     let transcript = Transcript::parse(&text).unwrap();

@@ -101,7 +101,7 @@ impl Axis for Puppet {
 }
 
 fn homed(change: impl FnOnce(&mut Puppet)) -> CheckedStage<Puppet> {
-    let mut stage = CheckedStage::over(puppet());
+    let mut stage = CheckedStage::over(Box::new(puppet()));
     stage.home().unwrap();
     change(&mut stage.axis);
     stage
@@ -109,7 +109,7 @@ fn homed(change: impl FnOnce(&mut Puppet)) -> CheckedStage<Puppet> {
 
 #[test]
 fn nothing_moves_before_the_position_is_known_or_outside_the_travel() {
-    let mut stage = CheckedStage::over(puppet());
+    let mut stage = CheckedStage::over(Box::new(puppet()));
     assert_eq!(stage.move_to(1.0), Err(StageError::NotHomed));
     stage.home().unwrap();
     assert_eq!(stage.home_shift_mm(), Some(0.25));
@@ -181,7 +181,7 @@ fn positions_are_approached_from_below_where_there_is_room() {
 
 #[test]
 fn home_elsewhere_is_no_home_and_a_stop_that_is_asked_for_holds() {
-    let mut stage = CheckedStage::over(Puppet { home_mm: 0.2, ..puppet() });
+    let mut stage = CheckedStage::over(Box::new(Puppet { home_mm: 0.2, ..puppet() }));
     assert!(matches!(stage.home(), Err(StageError::Fault { .. })));
     assert_eq!(stage.move_to(1.0), Err(StageError::NotHomed));
     let mut stage = homed(|_| ());

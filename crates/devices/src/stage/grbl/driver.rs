@@ -1,5 +1,7 @@
 //! Registration of the GRBL driver.
 
+use std::sync::{Arc, Mutex};
+
 use super::console::unmark;
 use super::is_of_grbl;
 use super::protocol::{BAUD, CYCLE_START, FEED_HOLD, JOG_CANCEL, NAME, SOFT_RESET, STATUS_QUERY};
@@ -65,7 +67,7 @@ impl StageDriver for Grbl {
         let device = GrblDevice::new(faults);
         let plant = device.plant();
         Some(SimulatedStage {
-            device: Box::new(device),
+            device: Arc::new(Mutex::new(device)),
             plant,
             mm_from_home: GrblDevice::mm_from_home,
             step_mm: GrblDevice::STEP_MM,

@@ -61,7 +61,7 @@ impl GrblStage {
     /// # Errors
     /// As [`GrblAxis::connect`].
     pub fn connect(link: Box<dyn Link>, options: GrblOptions) -> Result<Self, StageError> {
-        Ok(Self::over(GrblAxis::connect(link, options)?))
+        Ok(Self::over(Box::new(GrblAxis::connect(link, options)?)))
     }
 }
 

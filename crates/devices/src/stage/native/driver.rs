@@ -1,5 +1,7 @@
 //! Registration of the native driver.
 
+use std::sync::{Arc, Mutex};
+
 use firmware_protocol::message::Settings as Motion;
 
 use super::conversation::{hello, is_of_native};
@@ -65,7 +67,7 @@ impl StageDriver for Native {
         let device = NativeDevice::new(faults).at_boot(boot);
         let plant = device.plant();
         Some(SimulatedStage {
-            device: Box::new(device),
+            device: Arc::new(Mutex::new(device)),
             plant,
             mm_from_home: NativeDevice::mm_from_home,
             step_mm: NativeDevice::STEP_MM,

@@ -47,7 +47,7 @@ impl NativeStage {
     /// # Errors
     /// As [`NativeAxis::connect`].
     pub fn connect(link: Box<dyn Link>, options: NativeOptions) -> Result<Self, StageError> {
-        Ok(Self::over(NativeAxis::connect(link, options)?))
+        Ok(Self::over(Box::new(NativeAxis::connect(link, options)?)))
     }
 }
 

@@ -119,7 +119,7 @@ impl SimStage {
 
     /// The same for watchers of a former stage; their time continues.
     pub fn seen_through(config: SimStageConfig, watch: StagePosition) -> Self {
-        Self::over(SimAxis::seen_through(config, watch))
+        Self::over(Box::new(SimAxis::seen_through(config, watch)))
     }
 
     /// The same, whose moves take real time: the carriage can be watched and stopped on its way.

@@ -32,13 +32,15 @@ pub use plant::Plant;
 pub use script::{DeviceFault, FaultScript, Mishap, Troubles};
 pub use zaber::ZaberDevice;
 
+use std::sync::{Arc, Mutex};
+
 use crate::link::SimulatedDevice;
 use epirig_core::settings::Settings;
 
 /// A simulated device with its mechanics.
 pub struct SimulatedStage {
-    /// The device that speaks the dialect.
-    pub device: Box<dyn SimulatedDevice>,
+    /// The device that speaks the dialect. It stays as it is while lines to it are opened and closed.
+    pub device: Arc<Mutex<dyn SimulatedDevice>>,
     /// The mechanics.
     pub plant: Plant,
     /// Position of a carriage at these steps of the plant, in mm from home.

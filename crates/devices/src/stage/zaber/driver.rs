@@ -1,5 +1,7 @@
 //! Registration of the Zaber driver.
 
+use std::sync::{Arc, Mutex};
+
 use super::message::{is_of_zaber, line_text};
 use super::{BAUD, NAME, ZaberAxis, ZaberOptions};
 use crate::stage::decode::{Decoder, LineDecoder};
@@ -72,7 +74,7 @@ impl StageDriver for Zaber {
         let mut settings = Settings::default();
         settings.set(&MICROSTEP, Setting::Number(ZaberDevice::MICROSTEP_UM));
         Some(SimulatedStage {
-            device: Box::new(device),
+            device: Arc::new(Mutex::new(device)),
             plant,
             mm_from_home: ZaberDevice::mm_from_home,
             step_mm: ZaberDevice::MICROSTEP_UM / 1000.0,

@@ -65,7 +65,7 @@ impl ZaberStage {
     /// # Errors
     /// As [`ZaberAxis::connect`].
     pub fn connect(link: Box<dyn Link>, options: ZaberOptions) -> Result<Self, StageError> {
-        Ok(Self::over(ZaberAxis::connect(link, options)?))
+        Ok(Self::over(Box::new(ZaberAxis::connect(link, options)?)))
     }
 }
 
