@@ -1,69 +1,75 @@
 //! The calibration: photometry before and after, lens, stage axis, rows, positions.
 
 use super::contents::{CalibrationPart, Report};
-use super::markup::{Markup, element, joined, list, pairs, paragraph, table};
+use super::markup::{cells, pair, pairs, table};
 use super::picture::Picture;
 use crate::calibrate::{Calibration, PositionSource, PositionsRecord, StageAxisRecord};
 use crate::number::{fixed, percent, sigma, significant, with_sigma};
+use epirig_calibration::lens::views::LensCalibration;
 use epirig_calibration::photometry::{DarkModel, DarkRecord, FlatField, FlatModel, FrameGains, Outcome};
+use maud::{Markup, html};
 
 pub(super) fn calibration(report: &Report<'_>) -> Markup {
     let Some(part) = &report.calibration else {
-        return paragraph(
-            "The frames were matched as captured, without a calibration. So vignetting, distortion, the direction \
-             of the stage axis and the true positions were neither measured nor corrected.",
-        );
+        return html! {
+            p {
+                "The frames were matched as captured, without a calibration. So vignetting, distortion, the \
+                 direction of the stage axis and the true positions were neither measured nor corrected."
+            }
+        };
     };
     let found = part.record;
-    let remarks = |title: &str, sentences: &[String]| match sentences.is_empty() {
-        true => Markup::default(),
-        false => {
-            joined([paragraph(title), list(sentences.iter().map(|sentence| Markup::from(sentence.as_str())))])
+    html! {
+        (photometry(found))
+        (lens(found))
+        @if let Some(axis) = &found.stage_axis { (stage_axis(axis)) }
+        (positions(&found.positions))
+        (remarks("Notes of the calibration:", &found.notes))
+        (remarks("What would improve it:", &found.needs))
+        h3 { "Pictures of the calibration" }
+        (pictures(part))
+    }
+}
+
+fn remarks(title: &str, sentences: &[String]) -> Markup {
+    html! {
+        @if !sentences.is_empty() {
+            p { (title) }
+            ul { @for sentence in sentences { li { (sentence) } } }
         }
-    };
-    joined([
-        photometry(found),
-        lens(found),
-        found.stage_axis.as_ref().map_or_else(Markup::default, rows),
-        positions(&found.positions),
-        remarks("Notes of the calibration:", &found.notes),
-        remarks("What would improve it:", &found.needs),
-        element("h3", "Pictures of the calibration"),
-        pictures(part),
-    ])
+    }
 }
 
 fn photometry(found: &Calibration) -> Markup {
     let photometry = &found.photometry;
     let defective =
         |pixels: &Vec<_>| (format!("{} pixels", pixels.len()), "replaced by neighbours".to_owned());
-    let rows = [
-        outcome("dark level", &photometry.dark, dark),
-        outcome("flat field", &photometry.flat_field, flat_field),
-        outcome("defective pixels", &photometry.defective_pixels, defective),
-        outcome("brightness of the frames", &found.frame_gains, gains),
-    ];
-    let linearity = found.linearity.as_ref().map(|linearity| {
-        paragraph(format!(
-            "Linearity of the sensor: largest departure {} % of full scale, limit {} %.",
-            significant(linearity.largest_departure_percent, 2),
-            significant(linearity.limit_percent, 2)
-        ))
-    });
-    joined([
-        table("Photometry before and after the correction", &["part", "before", "after"], rows),
-        linearity.unwrap_or_default(),
-    ])
+    let rows = html! {
+        (outcome("dark level", &photometry.dark, dark))
+        (outcome("flat field", &photometry.flat_field, flat_field))
+        (outcome("defective pixels", &photometry.defective_pixels, defective))
+        (outcome("brightness of the frames", &found.frame_gains, gains))
+    };
+    html! {
+        (table("Photometry before and after the correction", &["part", "before", "after"], rows))
+        @if let Some(linearity) = &found.linearity {
+            p {
+                "Linearity of the sensor: largest departure "
+                (significant(linearity.largest_departure_percent, 2)) " % of full scale, limit "
+                (significant(linearity.limit_percent, 2)) " %."
+            }
+        }
+    }
 }
 
 /// A row: what was there before, and what is left after; or why nothing was corrected.
-fn outcome<T>(name: &str, outcome: &Outcome<T>, both: impl Fn(&T) -> (String, String)) -> Vec<Markup> {
+fn outcome<T>(name: &str, outcome: &Outcome<T>, both: impl Fn(&T) -> (String, String)) -> Markup {
     let (before, after) = match outcome {
         Outcome::Applied(found) => both(found),
         Outcome::SwitchedOff => ("not measured".to_owned(), "not corrected: switched off".to_owned()),
         Outcome::NotApplied(reason) => ("not measured".to_owned(), format!("not corrected: {reason}")),
     };
-    vec![name.into(), before.into(), after.into()]
+    cells(name, [&before, &after])
 }
 
 fn dark(dark: &DarkRecord) -> (String, String) {
@@ -111,63 +117,46 @@ fn gains(gains: &FrameGains) -> (String, String) {
 fn lens(found: &Calibration) -> Markup {
     let estimate = &found.lens.estimate;
     let sigmas = estimate.sigma();
-    let value = |value: f64, sigma: f64| with_sigma(value, (sigma > 0.0).then_some(sigma), "px").into();
+    let value = |value: f64, sigma: f64| with_sigma(value, (sigma > 0.0).then_some(sigma), "px");
     let camera = &found.mapping.camera;
-    let mut rows: Vec<(&str, Markup)> = vec![
-        ("focal length along x", value(estimate.lens.focal_length_x_px, sigmas[0])),
-        ("focal length after rectification", format!("{} px", fixed(camera.focal_length_px, 2)).into()),
-        ("size after rectification", format!("{} x {} px", camera.columns, camera.rows).into()),
-    ];
-    if let Some(views) = &found.lens.board_frames {
-        let points: usize = views.views.iter().map(|view| view.points).sum();
-        rows.push((
-            "board frames",
-            format!(
-                "{} views, {points} points, {} rejected; residuals {} rms",
-                views.views.len(),
-                views.rejected.len(),
-                sigma(views.rms_px, "px")
-            )
-            .into(),
-        ));
-        rows.push((
-            "coverage of the frame",
-            format!(
-                "{} of the cells, {} of the radius",
-                percent(views.coverage.cells),
-                percent(views.coverage.radius)
-            )
-            .into(),
-        ));
-        if !views.warnings.is_empty() {
-            let warnings = views.warnings.iter().map(|warning| Markup::from(warning.to_string()));
-            rows.push(("warnings", list(warnings)));
-        }
-    }
+    let rows = html! {
+        (pair("focal length along x", value(estimate.lens.focal_length_x_px, sigmas[0])))
+        (pair("focal length after rectification", format!("{} px", fixed(camera.focal_length_px, 2))))
+        (pair("size after rectification", format!("{} x {} px", camera.columns, camera.rows)))
+        @if let Some(views) = &found.lens.board_frames { (board_frames(views)) }
+    };
     pairs("Lens", rows)
 }
 
-fn rows(axis: &StageAxisRecord) -> Markup {
-    pairs(
-        "Stage axis and rectification",
-        [
-            ("roll", with_sigma(axis.roll_deg, Some(axis.roll_sigma_deg), "deg").into()),
-            ("pan", with_sigma(axis.pan_deg, Some(axis.pan_sigma_deg), "deg").into()),
-            ("distance of corners from their rows", format!("{} rms", sigma(axis.rows_rms_px, "px")).into()),
-            ("standard uncertainty of a corner", sigma(axis.corner_sigma_px, "px").into()),
-            (
-                "observations",
-                format!(
-                    "{} of {} corners in {} frames; {} rejected",
-                    axis.observations,
-                    axis.corners,
-                    axis.frames,
-                    axis.rejected.len()
-                )
-                .into(),
-            ),
-        ],
-    )
+fn board_frames(found: &LensCalibration) -> Markup {
+    let points: usize = found.views.iter().map(|view| view.points).sum();
+    html! {
+        (pair("board frames", html! {
+            (found.views.len()) " views, " (points) " points, " (found.rejected.len())
+            " rejected; residuals " (sigma(found.rms_px, "px")) " rms"
+        }))
+        (pair("coverage of the frame", html! {
+            (percent(found.coverage.cells)) " of the cells, "
+            (percent(found.coverage.radius)) " of the radius"
+        }))
+        @if !found.warnings.is_empty() {
+            (pair("warnings", html! { ul { @for warning in &found.warnings { li { (warning) } } } }))
+        }
+    }
+}
+
+fn stage_axis(axis: &StageAxisRecord) -> Markup {
+    let rows = html! {
+        (pair("roll", with_sigma(axis.roll_deg, Some(axis.roll_sigma_deg), "deg")))
+        (pair("pan", with_sigma(axis.pan_deg, Some(axis.pan_sigma_deg), "deg")))
+        (pair("distance of corners from their rows", format!("{} rms", sigma(axis.rows_rms_px, "px"))))
+        (pair("standard uncertainty of a corner", sigma(axis.corner_sigma_px, "px")))
+        (pair("observations", html! {
+            (axis.observations) " of " (axis.corners) " corners in " (axis.frames) " frames; "
+            (axis.rejected.len()) " rejected"
+        }))
+    };
+    pairs("Stage axis and rectification", rows)
 }
 
 fn positions(positions: &PositionsRecord) -> Markup {
@@ -176,25 +165,22 @@ fn positions(positions: &PositionsRecord) -> Markup {
         PositionSource::Texture => "measured by the texture of the object",
         PositionSource::Stage | PositionSource::Automatic => "as the stage reported",
     };
-    let mut rows: Vec<(&str, Markup)> = vec![("positions of the frames", source.into())];
-    if let Some(error) = &positions.positioning_error {
-        let outliers: Vec<String> = error
-            .outliers
-            .iter()
-            .map(|&frame| format!("{frame} ({} um)", fixed(error.error_um(frame), 1)))
-            .collect();
-        rows.push(("measured minus reported", format!("{} um rms", fixed(error.rms_um, 2)).into()));
-        rows.push(("largest", format!("{} um", fixed(error.largest_um, 1)).into()));
-        let named = if outliers.is_empty() { "none".to_owned() } else { outliers.join(", ") };
-        rows.push(("frames with outliers", named.into()));
-    }
-    if let Some(scale) = &positions.target_scale {
-        let difference = 100.0 * scale.contradiction();
-        rows.push((
-            "baseline by the target's squares minus by the stage",
-            format!("{} %", significant(difference, 2)).into(),
-        ));
-    }
+    let rows = html! {
+        (pair("positions of the frames", source))
+        @if let Some(error) = &positions.positioning_error {
+            @let outliers = error.outliers.iter();
+            @let outliers =
+                outliers.map(|&frame| format!("{frame} ({} um)", fixed(error.error_um(frame), 1)));
+            @let outliers = outliers.collect::<Vec<_>>().join(", ");
+            (pair("measured minus reported", format!("{} um rms", fixed(error.rms_um, 2))))
+            (pair("largest", format!("{} um", fixed(error.largest_um, 1))))
+            (pair("frames with outliers", if outliers.is_empty() { "none" } else { &outliers }))
+        }
+        @if let Some(scale) = &positions.target_scale {
+            @let difference = format!("{} %", significant(100.0 * scale.contradiction(), 2));
+            (pair("baseline by the target's squares minus by the stage", difference))
+        }
+    };
     pairs("Positions", rows)
 }
 
@@ -223,8 +209,8 @@ fn pictures(part: &CalibrationPart<'_>) -> Markup {
             Some(Picture::drawn(png)?.figure(words, format!("{words}.")))
         })
         .collect();
-    match shown.is_empty() {
-        true => paragraph("The folder of the calibration holds no pictures."),
-        false => joined(shown),
+    html! {
+        @if shown.is_empty() { p { "The folder of the calibration holds no pictures." } }
+        @for picture in shown { (picture) }
     }
 }

@@ -1,12 +1,13 @@
 //! The maps.
 
 use super::contents::Report;
-use super::markup::{Markup, joined, paragraph, table, with};
+use super::markup::{cells, table};
 use super::picture::Picture;
 use crate::number::share;
 use crate::report::{MapPicture, Millimetres, ReportError, USED_CLASSES, ValueRange, Window, class_picture};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
+use maud::{Markup, html};
 
 /// Least span of the colours of heights, in mm, and of disparities, in px: as in the pictures of the results.
 const HEIGHT_SPAN_MM: f32 = 0.01;
@@ -87,10 +88,12 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
             "Photograph of the object: the reference frame",
             format!("The reference frame (frame {}), as the sensor gave it.", report.matched.reference),
         ),
-        None => paragraph("The reference frame cannot be read now, so it is not shown."),
+        None => html! { p { "The reference frame cannot be read now, so it is not shown." } },
     };
-    let beside = with("div", &[("class", "beside")], joined([photograph, uncertainty, used, disparity]));
-    Ok(joined([beside, answers(report)]))
+    Ok(html! {
+        div.beside { (photograph) (uncertainty) (used) (disparity) }
+        (answers(report))
+    })
 }
 
 fn range_of_sigmas(map: &Grid<f32>) -> ValueRange {
@@ -112,6 +115,6 @@ fn answers(report: &Report<'_>) -> Markup {
     table(
         "Pixels with and without an answer",
         &["answer", "share of all pixels"],
-        rows.map(|(name, part)| vec![name.into(), share(part).into()]),
+        html! { @for (name, part) in rows { (cells(name, [&share(part)])) } },
     )
 }

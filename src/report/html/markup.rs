@@ -1,177 +1,67 @@
-//! Markup that text from outside cannot break: it gets in through one door only, escaped.
+//! The parts that the sections of a report repeat: tables, and numbers for programs.
 
-/// Finished markup. Text becomes markup by [`From`], which escapes it.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(super) struct Markup(String);
+use maud::{Markup, Render, html};
 
-impl From<&str> for Markup {
-    fn from(text: &str) -> Self {
-        let mut escaped = String::with_capacity(text.len());
-        for letter in text.chars() {
-            match letter {
-                '&' => escaped.push_str("&amp;"),
-                '<' => escaped.push_str("&lt;"),
-                '>' => escaped.push_str("&gt;"),
-                '"' => escaped.push_str("&quot;"),
-                '\'' => escaped.push_str("&#39;"),
-                '\n' | '\t' => escaped.push(' '),
-                // Letters that change the order of others could make a name look like another one.
-                '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
-                    escaped.push(char::REPLACEMENT_CHARACTER)
-                }
-                letter if letter.is_control() => escaped.push(char::REPLACEMENT_CHARACTER),
-                letter => escaped.push(letter),
+/// Something wide, which scrolls by itself on a narrow screen; so it must be reachable by keyboard.
+pub(super) fn scroll(label: &str, inside: Markup) -> Markup {
+    html! { div.scroll tabindex="0" role="region" aria-label=(label) { (inside) } }
+}
+
+/// A table of several columns, whose rows are [`cells`].
+pub(super) fn table(caption: &str, head: &[&str], rows: Markup) -> Markup {
+    scroll(
+        caption,
+        html! {
+            table.many {
+                caption { (caption) }
+                thead { tr { @for name in head { th scope="col" { (name) } } } }
+                tbody { (rows) }
             }
-        }
-        Self(escaped)
-    }
+        },
+    )
 }
 
-impl From<String> for Markup {
-    fn from(text: String) -> Self {
-        text.as_str().into()
-    }
+/// A row: its heading, and the other cells.
+pub(super) fn cells<const N: usize>(heading: impl Render, others: [&dyn Render; N]) -> Markup {
+    html! { tr { th scope="row" { (heading) } @for cell in others { td { (cell) } } } }
 }
 
-impl FromIterator<Markup> for Markup {
-    fn from_iter<I: IntoIterator<Item = Self>>(parts: I) -> Self {
-        Self(parts.into_iter().map(|part| part.0).collect())
-    }
+/// A table of names and values, whose rows are [`pair`]s.
+pub(super) fn pairs(caption: &str, rows: Markup) -> Markup {
+    html! { table.pairs { caption { (caption) } tbody { (rows) } } }
 }
 
-impl Markup {
-    pub(super) fn into_string(self) -> String {
-        self.0
-    }
-
-    /// A style sheet of our own, which is not escaped.
-    pub(super) fn style(sheet: &'static str) -> Self {
-        Self(format!("<style>\n{sheet}</style>\n"))
-    }
-
-    /// A style sheet that prints `text` at the head of each page. Letters that mean something in a style sheet or in HTML
-    /// stand as their numbers.
-    pub(super) fn running_head(text: &str) -> Self {
-        let escaped: String = text
-            .chars()
-            .map(|letter| match letter {
-                ' ' => letter.to_string(),
-                letter if letter.is_alphanumeric() => letter.to_string(),
-                letter => format!("\\{:x} ", u32::from(letter)),
-            })
-            .collect();
-        Self(format!("<style>\n@page {{ @top-left {{ content: \"{escaped}\"; }} }}\n</style>\n"))
-    }
-
-    /// The whole document.
-    pub(super) fn document(head: Self, body: Self) -> Self {
-        Self(format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n{}</head>\n<body>\n{}</body>\n</html>\n",
-            head.0, body.0
-        ))
-    }
-}
-
-/// Parts one after the other.
-pub(super) fn joined(parts: impl IntoIterator<Item = Markup>) -> Markup {
-    parts.into_iter().collect()
-}
-
-/// An element with attributes, whose values are escaped.
-pub(super) fn with(
-    tag: &'static str,
-    attributes: &[(&'static str, &str)],
-    inside: impl Into<Markup>,
-) -> Markup {
-    Markup(format!("{}{}</{tag}>\n", opening(tag, attributes), inside.into().0))
-}
-
-/// An element within a line of text.
-pub(super) fn inline(
-    tag: &'static str,
-    attributes: &[(&'static str, &str)],
-    inside: impl Into<Markup>,
-) -> Markup {
-    Markup(format!("{}{}</{tag}>", opening(tag, attributes), inside.into().0))
-}
-
-/// An element without attributes.
-pub(super) fn element(tag: &'static str, inside: impl Into<Markup>) -> Markup {
-    with(tag, &[], inside)
-}
-
-/// An element that holds nothing and is not closed, such as `meta`.
-pub(super) fn void(tag: &'static str, attributes: &[(&'static str, &str)]) -> Markup {
-    Markup(opening(tag, attributes) + "\n")
-}
-
-fn opening(tag: &str, attributes: &[(&str, &str)]) -> String {
-    let mut text = format!("<{tag}");
-    for (name, value) in attributes {
-        text.push_str(&format!(" {name}=\"{}\"", Markup::from(*value).0));
-    }
-    text + ">"
-}
-
-/// A paragraph.
-pub(super) fn paragraph(inside: impl Into<Markup>) -> Markup {
-    element("p", inside)
-}
-
-/// A section with its heading, which a link can lead to.
-pub(super) fn section(id: &str, title: &str, inside: Markup) -> Markup {
-    let heading = format!("{id}-heading");
-    let attributes = [("id", id), ("aria-labelledby", heading.as_str())];
-    with("section", &attributes, joined([with("h2", &[("id", &heading)], title), inside]))
-}
-
-/// A list; nothing without items.
-pub(super) fn list(items: impl IntoIterator<Item = Markup>) -> Markup {
-    let items: Vec<Markup> = items.into_iter().map(|item| element("li", item)).collect();
-    match items.is_empty() {
-        true => Markup::default(),
-        false => element("ul", joined(items)),
-    }
-}
-
-/// A table of several columns; the first cell of each row is its heading. On a narrow screen it scrolls by
-/// itself.
-pub(super) fn table(caption: &str, head: &[&str], rows: impl IntoIterator<Item = Vec<Markup>>) -> Markup {
-    let heads: Markup = head.iter().map(|name| with("th", &[("scope", "col")], *name)).collect();
-    let body: Markup = rows
-        .into_iter()
-        .map(|cells| {
-            let cells = cells.into_iter().enumerate().map(|(index, cell)| match index {
-                0 => with("th", &[("scope", "row")], cell),
-                _ => element("td", cell),
-            });
-            element("tr", cells.collect::<Markup>())
-        })
-        .collect();
-    let parts = [element("caption", caption), element("thead", element("tr", heads)), element("tbody", body)];
-    let table = with("table", &[("class", "many")], joined(parts));
-    // A part that scrolls must be reachable by keyboard.
-    with("div", &[("class", "scroll"), ("tabindex", "0"), ("role", "region"), ("aria-label", caption)], table)
-}
-
-/// A table of names and values.
-pub(super) fn pairs<'a>(caption: &str, rows: impl IntoIterator<Item = (&'a str, Markup)>) -> Markup {
-    let body: Markup = rows
-        .into_iter()
-        .map(|(name, value)| {
-            element("tr", joined([with("th", &[("scope", "row")], name), element("td", value)]))
-        })
-        .collect();
-    let parts = [element("caption", caption), element("tbody", body)];
-    with("table", &[("class", "pairs")], joined(parts))
+/// A name and its value.
+pub(super) fn pair(name: &str, value: impl Render) -> Markup {
+    cells(name, [&value])
 }
 
 /// A number with its full precision for programs, shown as `shown`.
 pub(super) fn data(value: f64, shown: String) -> Markup {
-    match value.is_finite() {
-        true => inline("data", &[("value", &value.to_string())], shown),
-        false => shown.into(),
-    }
+    html! { @if value.is_finite() { data value=(value) { (shown) } } @else { (shown) } }
+}
+
+/// `text` as it may stand in a string of a style sheet: letters that mean something there or in HTML stand
+/// as their numbers.
+pub(super) fn in_style(text: &str) -> String {
+    let escaped = |letter: char| match letter {
+        ' ' => letter.to_string(),
+        letter if letter.is_alphanumeric() => letter.to_string(),
+        letter => format!("\\{:x} ", u32::from(letter)),
+    };
+    text.chars().map(escaped).collect()
+}
+
+/// The page without letters that nobody sees, and without those that change the order of others: they could
+/// make a name look like another one.
+pub(super) fn visible(page: &str) -> String {
+    let seen = |letter| match letter {
+        '\n' | '\t' => letter,
+        '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => char::REPLACEMENT_CHARACTER,
+        letter if letter.is_control() => char::REPLACEMENT_CHARACTER,
+        letter => letter,
+    };
+    page.chars().map(seen).collect()
 }
 
 #[cfg(test)]
@@ -181,26 +71,23 @@ mod tests {
     #[test]
     fn text_from_outside_stays_text() {
         let hostile = "<script>alert('x')</script> & \"q\" \u{202e}gpj\u{0}\u{1b}[31m\nend";
-        let escaped = Markup::from(hostile).into_string();
         assert_eq!(
-            escaped,
-            "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; &quot;q&quot; \u{fffd}gpj\u{fffd}\u{fffd}[31m end"
+            visible(&html! { (hostile) }.into_string()),
+            "&lt;script&gt;alert('x')&lt;/script&gt; &amp; &quot;q&quot; \u{fffd}gpj\u{fffd}\u{fffd}[31m\nend"
         );
-        let attribute = inline("img", &[("alt", "\" onerror=\"x")], "").into_string();
-        assert_eq!(attribute, "<img alt=\"&quot; onerror=&quot;x\"></img>");
-        assert_eq!(element("p", Markup::from("a<b")).into_string(), "<p>a&lt;b</p>\n");
+        let attribute = scroll("\" onerror=\"x", html! {}).into_string();
+        assert!(attribute.contains("aria-label=\"&quot; onerror=&quot;x\">"), "{attribute}");
     }
 
     #[test]
-    fn a_running_head_cannot_end_its_style() {
-        let head = Markup::running_head("a\"; } </style><script> \\").into_string();
-        let wanted = "content: \"a\\22 \\3b  \\7d  \\3c \\2f style\\3e \\3c script\\3e  \\5c \"; }";
-        assert!(head.contains(wanted), "{head}");
+    fn a_string_cannot_end_its_style() {
+        let escaped = in_style("a\"; } </style><script> \\");
+        assert_eq!(escaped, "a\\22 \\3b  \\7d  \\3c \\2f style\\3e \\3c script\\3e  \\5c ");
     }
 
     #[test]
     fn tables_name_their_rows_and_columns() {
-        let made = table("<Depths>", &["part", "depth"], [vec!["1".into(), "0.2 mm".into()]]).into_string();
+        let made = table("<Depths>", &["part", "depth"], cells("1", [&"0.2 mm"])).into_string();
         for wanted in [
             "<caption>&lt;Depths&gt;</caption>",
             "<th scope=\"col\">depth</th>",
@@ -209,7 +96,6 @@ mod tests {
         ] {
             assert!(made.contains(wanted), "{wanted} in {made}");
         }
-        assert_eq!(list([]), Markup::default());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The report of a measurement: one HTML file that needs nothing from outside.
 //!
 //! One file for each section; each takes records as they are and says in words what they hold. Text from
-//! outside, such as names of folders and cameras, gets in through `markup` only, which escapes it.
+//! outside, such as names of folders and cameras, is escaped by `maud`.
 
 mod calibration;
 mod contents;
@@ -19,7 +19,8 @@ mod tests;
 pub use contents::{CalibrationPart, Maps, Report, Scan};
 
 use super::ReportError;
-use markup::{Markup, element, inline, joined, section, void, with};
+use markup::{in_style, visible};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// What may be loaded: pictures inside the file, and its own style. So nothing from outside, and no program.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
@@ -31,16 +32,8 @@ impl Report<'_> {
     /// [`ReportError`] if a picture cannot be drawn.
     pub fn html(&self) -> Result<String, ReportError> {
         let title = format!("Surface report: {}", self.name);
-        let head = joined([
-            void("meta", &[("charset", "utf-8")]),
-            void("meta", &[("http-equiv", "Content-Security-Policy"), ("content", POLICY)]),
-            void("meta", &[("name", "viewport"), ("content", "width=device-width, initial-scale=1")]),
-            void("meta", &[("name", "generator"), ("content", &self.surface.program)]),
-            element("title", title.as_str()),
-            Markup::style(include_str!("style.css")),
-            Markup::running_head(&title),
-        ]);
-        let sections = [
+        let running_head = format!("@page {{ @top-left {{ content: \"{}\"; }} }}", in_style(&title));
+        let sections: [(&str, &str, Markup); 7] = [
             (
                 "facts",
                 "Result: what was measured, with what, how good",
@@ -53,13 +46,34 @@ impl Report<'_> {
             ("scan", "Scan", scan::scan(self)?),
             ("settings", "Settings, versions, hashes", settings::settings(self)),
         ];
-        let links = sections
-            .iter()
-            .map(|(id, title, _)| element("li", inline("a", &[("href", &format!("#{id}"))], *title)));
-        let contents = with("nav", &[("aria-label", "Contents")], element("ul", links.collect::<Markup>()));
-        let header = element("header", joined([element("h1", title.as_str()), facts::verdict(self)]));
-        let sections = sections.into_iter().map(|(id, title, inside)| section(id, title, inside));
-        let main = element("main", sections.collect::<Markup>());
-        Ok(Markup::document(head, joined([header, contents, main])).into_string())
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="generator" content=(self.surface.program);
+                    title { (title) }
+                    style { (PreEscaped(include_str!("style.css"))) }
+                    style { (PreEscaped(running_head)) }
+                }
+                body {
+                    header { h1 { (title) } (facts::verdict(self)) }
+                    nav aria-label="Contents" {
+                        ul { @for (id, title, _) in &sections { li { a href={ "#" (id) } { (title) } } } }
+                    }
+                    main {
+                        @for (id, title, inside) in &sections {
+                            section id=(id) aria-labelledby={ (id) "-heading" } {
+                                h2 id={ (id) "-heading" } { (title) }
+                                (inside)
+                            }
+                        }
+                    }
+                }
+            }
+        };
+        Ok(visible(&page.into_string()))
     }
 }

@@ -6,8 +6,9 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::imageops::FilterType::Triangle;
 use image::imageops::resize;
 use image::{ExtendedColorType, ImageEncoder as _, Rgb, RgbImage};
+use maud::{Markup, Render, html};
 
-use super::markup::{Markup, element, joined, void, with};
+use super::markup::scroll;
 use crate::report::map_picture::reduced;
 use crate::report::{Chart, MapPicture, ReportError};
 use epirig_core::frame::Frame;
@@ -85,19 +86,12 @@ impl Picture {
     }
 
     /// The picture with its text for those who do not see it, and a caption.
-    pub(super) fn figure(&self, alt: &str, caption: impl Into<Markup>) -> Markup {
+    pub(super) fn figure(&self, alt: &str, caption: impl Render) -> Markup {
         let class = if self.is_chart { "chart" } else { "map" };
-        let picture = void("img", &[("src", &self.source), ("alt", alt), ("class", class)]);
-        let picture = match self.is_chart {
-            // The text of a chart would be too small on a narrow screen, so it keeps a width and scrolls.
-            true => with(
-                "div",
-                &[("class", "scroll"), ("tabindex", "0"), ("role", "region"), ("aria-label", alt)],
-                picture,
-            ),
-            false => picture,
-        };
-        element("figure", joined([picture, element("figcaption", caption)]))
+        let picture = html! { img src=(self.source) alt=(alt) class=(class); };
+        // The text of a chart would be too small on a narrow screen, so it keeps a width and scrolls.
+        let picture = if self.is_chart { scroll(alt, picture) } else { picture };
+        html! { figure { (picture) figcaption { (caption) } } }
     }
 }
 

@@ -1,10 +1,10 @@
 //! The profile between its two expected planes, as in figure 6 of the paper.
 
 use super::contents::Report;
-use super::markup::{Markup, joined, paragraph};
 use super::picture::Picture;
 use crate::number::fixed;
 use crate::report::ReportError;
+use maud::{Markup, html};
 
 pub(super) fn profile(report: &Report<'_>) -> Result<Markup, ReportError> {
     let chart = report.profile;
@@ -23,6 +23,5 @@ pub(super) fn profile(report: &Report<'_>) -> Result<Markup, ReportError> {
             chart.title
         ),
     );
-    let numbers = paragraph("The numbers are in profile.csv beside this file.");
-    Ok(joined([figure, numbers]))
+    Ok(html! { (figure) p { "The numbers are in profile.csv beside this file." } })
 }

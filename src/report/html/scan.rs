@@ -1,40 +1,53 @@
 //! How the scan went: its end, closure, positions, brightness, and what was taken again.
 
 use super::contents::Report;
-use super::markup::{Markup, element, joined, pairs, paragraph, table};
+use super::markup::{cells, pair, pairs, table};
 use super::picture::Picture;
 use crate::number::{fixed, moment, percent, plain, sigma, with_sigma};
 use crate::report::{Chart, ReportError, Series};
 use epirig_data::sequence::{ClosureRecord, ComparisonRecord, Event, ResumedRecord, TimesRecord};
+use maud::{Markup, html};
 
 /// Rows of a list of retakes; a scan with more has one fault, which the first of them tell.
 const MOST_RETAKES: usize = 200;
 
 pub(super) fn scan(report: &Report<'_>) -> Result<Markup, ReportError> {
-    let mut parts = vec![end(report)];
-    parts.extend(positions(report)?);
-    parts.push(brightness(report)?);
-    parts.push(element("h3", "Frames that were taken again"));
-    parts.push(retakes(report));
-    parts.extend(resumed(report));
-    Ok(joined(parts))
+    Ok(html! {
+        (end(report))
+        (positions(report)?)
+        (brightness(report)?)
+        h3 { "Frames that were taken again" }
+        (retakes(report))
+        (resumed(report))
+    })
 }
 
 fn end(report: &Report<'_>) -> Markup {
-    let mut rows: Vec<(&str, Markup)> = vec![("recorded as", report.matched.scan_ended.as_str().into())];
-    if let Some(stop) = report.scan.stop {
-        rows.push(("at", moment(&stop.stopped).into()));
-        rows.extend(stop.reason.iter().map(|reason| ("reason", Markup::from(reason.as_str()))));
-        rows.extend(stop.closure.iter().flat_map(closure));
-        rows.extend(stop.times.iter().flat_map(times));
-    }
+    let rows = html! {
+        (pair("recorded as", &report.matched.scan_ended))
+        @if let Some(stop) = report.scan.stop {
+            (pair("at", moment(&stop.stopped)))
+            @if let Some(reason) = &stop.reason { (pair("reason", reason)) }
+            @if let Some(found) = &stop.closure { (closure(found)) }
+            @if let Some(taken) = &stop.times { (pair("time", times(taken))) }
+        }
+    };
     pairs("End of the scan", rows)
 }
 
-fn closure(closure: &ClosureRecord) -> Vec<(&'static str, Markup)> {
-    let home = closure.home_shift_mm.map_or("not known".to_owned(), |mm| sigma(mm, "mm"));
-    let compared = closure.comparison.as_ref().map_or("not compared".to_owned(), comparison);
-    vec![("home found again at", home.into()), ("first frame taken again", compared.into())]
+fn closure(closure: &ClosureRecord) -> Markup {
+    html! {
+        (pair("home found again at", in_mm(closure.home_shift_mm)))
+        (pair("first frame taken again", compared(closure.comparison.as_ref())))
+    }
+}
+
+fn in_mm(shift_mm: Option<f64>) -> String {
+    shift_mm.map_or("not known".to_owned(), |mm| sigma(mm, "mm"))
+}
+
+fn compared(found: Option<&ComparisonRecord>) -> String {
+    found.map_or("not compared".to_owned(), comparison)
 }
 
 fn comparison(found: &ComparisonRecord) -> String {
@@ -46,20 +59,16 @@ fn comparison(found: &ComparisonRecord) -> String {
     )
 }
 
-fn times(times: &TimesRecord) -> Vec<(&'static str, Markup)> {
+fn times(times: &TimesRecord) -> Markup {
     let seconds = |value: f64| format!("{} s", fixed(value, 1));
-    let parts = format!(
-        "{}: moving {}, settling {}, exposing {}",
-        seconds(times.total_s),
-        seconds(times.moving_s),
-        seconds(times.settling_s),
-        seconds(times.exposing_s)
-    );
-    vec![("time", parts.into())]
+    html! {
+        (seconds(times.total_s)) ": moving " (seconds(times.moving_s))
+        ", settling " (seconds(times.settling_s)) ", exposing " (seconds(times.exposing_s))
+    }
 }
 
 /// Reported minus planned positions, if both are known.
-fn positions(report: &Report<'_>) -> Result<Option<Markup>, ReportError> {
+fn positions(report: &Report<'_>) -> Result<Markup, ReportError> {
     let points: Vec<(f64, f64)> = report
         .scan
         .frames
@@ -70,9 +79,7 @@ fn positions(report: &Report<'_>) -> Result<Option<Markup>, ReportError> {
         })
         .collect();
     if points.is_empty() {
-        return Ok(Some(paragraph(
-            "The stage reported no positions, so none can be compared with the plan.",
-        )));
+        return Ok(html! { p { "The stage reported no positions, so none can be compared with the plan." } });
     }
     let largest_um = points.iter().map(|(_, um)| um.abs()).fold(0.0, f64::max);
     let chart = Chart {
@@ -88,10 +95,8 @@ fn positions(report: &Report<'_>) -> Result<Option<Markup>, ReportError> {
          is known only if a target shows it: see the calibration.",
         sigma(largest_um, "\u{b5}m")
     );
-    Ok(Some(
-        Picture::chart(&chart)?
-            .figure("Chart of the reported minus the planned position of every frame, in um", words),
-    ))
+    let what = "Chart of the reported minus the planned position of every frame, in um";
+    Ok(Picture::chart(&chart)?.figure(what, words))
 }
 
 fn brightness(report: &Report<'_>) -> Result<Markup, ReportError> {
@@ -124,13 +129,13 @@ fn retakes(report: &Report<'_>) -> Markup {
         })
         .collect();
     if all.is_empty() {
-        return paragraph("No frame was taken again.");
+        return html! { p { "No frame was taken again." } };
     }
-    let rows = all.iter().take(MOST_RETAKES).map(|retake| {
-        let cells =
-            [retake.index.to_string(), retake.attempt.to_string(), retake.reason.clone(), moment(&retake.at)];
-        cells.map(Markup::from).to_vec()
-    });
+    let rows = html! {
+        @for retake in all.iter().take(MOST_RETAKES) {
+            (cells(retake.index, [&retake.attempt, &retake.reason, &moment(&retake.at)]))
+        }
+    };
     let caption = match all.len() {
         count if count > MOST_RETAKES => format!("The first {MOST_RETAKES} of {count} attempts that failed"),
         count => format!("{count} attempts that failed"),
@@ -138,7 +143,7 @@ fn retakes(report: &Report<'_>) -> Markup {
     table(&caption, &["frame", "attempt", "why it was not good", "when"], rows)
 }
 
-fn resumed(report: &Report<'_>) -> Option<Markup> {
+fn resumed(report: &Report<'_>) -> Markup {
     let all: Vec<&ResumedRecord> = report
         .scan
         .events
@@ -148,19 +153,21 @@ fn resumed(report: &Report<'_>) -> Option<Markup> {
             _ => None,
         })
         .collect();
-    let rows = all.iter().map(|resumed| {
-        let home = resumed.home_shift_mm.map_or("not known".to_owned(), |mm| sigma(mm, "mm"));
-        let tolerance = resumed.position_tolerance_mm.map_or("as before".to_owned(), |mm| plain(mm, "mm"));
-        let compared = resumed.comparison.as_ref().map_or("not compared".to_owned(), comparison);
-        vec![
-            moment(&resumed.at).into(),
-            resumed.after.as_str().into(),
-            home.into(),
-            compared.into(),
-            tolerance.into(),
-        ]
-    });
+    if all.is_empty() {
+        return html! {};
+    }
+    let tolerance = |mm: Option<f64>| mm.map_or("as before".to_owned(), |mm| plain(mm, "mm"));
+    let rows = html! {
+        @for resumed in all {
+            (cells(moment(&resumed.at), [
+                &resumed.after,
+                &in_mm(resumed.home_shift_mm),
+                &compared(resumed.comparison.as_ref()),
+                &tolerance(resumed.position_tolerance_mm),
+            ]))
+        }
+    };
     let head =
         ["resumed at", "after", "home found again at", "last good frame taken again", "tolerance from here"];
-    (!all.is_empty()).then(|| table("Interruptions of the scan", &head, rows))
+    table("Interruptions of the scan", &head, rows)
 }

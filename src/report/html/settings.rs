@@ -3,11 +3,12 @@
 use serde_json::Value;
 
 use super::contents::Report;
-use super::markup::{Markup, inline, joined, paragraph, table};
+use super::markup::{cells, table};
 use crate::number::{fixed, moment};
+use maud::{Markup, html};
 
 pub(super) fn settings(report: &Report<'_>) -> Markup {
-    joined([matcher(report), versions(report), hashes(report)])
+    html! { (matcher(report)) (versions(report)) (hashes(report)) }
 }
 
 /// Every key of the record, so that none is forgotten.
@@ -15,23 +16,23 @@ fn matcher(report: &Report<'_>) -> Markup {
     let matched = report.matched;
     // Numbers and text always serialise as JSON.
     let record = serde_json::to_value(matched.options()).unwrap_or_default();
-    let settings = record.as_object().into_iter().flatten().filter(|(key, _)| *key != "range");
-    let mut rows: Vec<Vec<Markup>> =
-        settings.map(|(key, value)| vec![key.as_str().into(), in_words(value).into()]).collect();
     let found = if matched.range_found { "found from the data" } else { "given" };
-    rows.push(vec![
-        "range".into(),
-        format!("{} to {} px, {found}", fixed(matched.minimum_px, 3), fixed(matched.maximum_px, 3)).into(),
-    ]);
-    rows.push(vec!["positions from".into(), matched.positions.as_str().into()]);
+    let range = format!("{} to {} px, {found}", fixed(matched.minimum_px, 3), fixed(matched.maximum_px, 3));
     let region = report.surface.field.region;
     let region = region.map_or("the whole picture".to_owned(), |region| {
         format!("columns {} to {}, rows {} to {}", region.left, region.right, region.top, region.bottom)
     });
-    rows.push(vec!["region of the surface".into(), region.into()]);
-    if let Some(mask) = &report.surface.field.mask {
-        rows.push(vec!["mask of the surface".into(), format!("{} px inside", mask.inside_px).into()]);
-    }
+    let rows = html! {
+        @for (key, value) in record.as_object().into_iter().flatten().filter(|(key, _)| *key != "range") {
+            (cells(key, [&in_words(value)]))
+        }
+        (cells("range", [&range]))
+        (cells("positions from", [&matched.positions]))
+        (cells("region of the surface", [&region]))
+        @if let Some(mask) = &report.surface.field.mask {
+            (cells("mask of the surface", [&format!("{} px inside", mask.inside_px)]))
+        }
+    };
     table("Settings of the matcher and of the surface", &["setting", "value"], rows)
 }
 
@@ -47,42 +48,33 @@ fn in_words(value: &Value) -> String {
 
 fn versions(report: &Report<'_>) -> Markup {
     let record = report.scan.record;
-    let mut rows: Vec<Vec<Markup>> = vec![
-        vec!["scan".into(), record.program.as_str().into(), moment(&record.created).into()],
-        vec!["match".into(), report.matched.program.as_str().into(), "".into()],
-        vec![
-            "surface and report".into(),
-            report.surface.program.as_str().into(),
-            moment(&report.made).into(),
-        ],
-    ];
-    if let Some(part) = &report.calibration {
-        rows.insert(1, vec!["calibration".into(), part.record.program.as_str().into(), "".into()]);
-    }
+    let rows = html! {
+        (cells("scan", [&record.program, &moment(&record.created)]))
+        @if let Some(part) = &report.calibration { (cells("calibration", [&part.record.program, &""])) }
+        (cells("match", [&report.matched.program, &""]))
+        (cells("surface and report", [&report.surface.program, &moment(&report.made)]))
+    };
     table("Versions of the program", &["step", "version", "when"], rows)
 }
 
 fn hashes(report: &Report<'_>) -> Markup {
-    let code = |text: &str| inline("code", &[], text);
-    let mut rows: Vec<Vec<Markup>> = vec![vec!["uid of the sequence".into(), code(&report.scan.record.uid)]];
-    rows.extend(report.map_hashes.iter().map(|(file, hash)| vec![(*file).into(), code(hash)]));
-    rows.extend(
-        report.surface.field.mask.iter().map(|mask| vec![mask.file.as_str().into(), code(&mask.blake3)]),
-    );
-    if let Some(part) = &report.calibration {
-        let inputs = &part.record.inputs;
-        let [scan, dark, flat, board] = inputs.counts;
-        rows.push(vec!["calibration.json".into(), code(&part.record.hash())]);
-        rows.push(vec![format!("{scan} frames of the scan").into(), code(&inputs.frames)]);
-        let others =
-            [(dark, "dark", &inputs.dark), (flat, "flat", &inputs.flat), (board, "board", &inputs.board)];
-        let there = others.into_iter().filter(|(count, ..)| *count > 0);
-        rows.extend(
-            there.map(|(count, kind, hash)| vec![format!("{count} {kind} frames").into(), code(hash)]),
-        );
+    let row = |of: &str, hash: &str| cells(of, [&html! { code { (hash) } }]);
+    let rows = html! {
+        (row("uid of the sequence", &report.scan.record.uid))
+        @for (file, hash) in &report.map_hashes { (row(file, hash)) }
+        @if let Some(mask) = &report.surface.field.mask { (row(&mask.file, &mask.blake3)) }
+        @if let Some(part) = &report.calibration {
+            @let inputs = &part.record.inputs;
+            @let [scan, dark, flat, board] = inputs.counts;
+            (row("calibration.json", &part.record.hash()))
+            (row(&format!("{scan} frames of the scan"), &inputs.frames))
+            @if dark > 0 { (row(&format!("{dark} dark frames"), &inputs.dark)) }
+            @if flat > 0 { (row(&format!("{flat} flat frames"), &inputs.flat)) }
+            @if board > 0 { (row(&format!("{board} board frames"), &inputs.board)) }
+        }
+    };
+    html! {
+        (table("Names and hashes (BLAKE3)", &["of", "hash"], rows))
+        p { "The hash of every single frame is in journal.jsonl of the sequence." }
     }
-    joined([
-        table("Names and hashes (BLAKE3)", &["of", "hash"], rows),
-        paragraph("The hash of every single frame is in journal.jsonl of the sequence."),
-    ])
 }
