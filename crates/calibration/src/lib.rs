@@ -5,7 +5,6 @@ pub mod lens;
 pub mod motion;
 pub mod photometry;
 pub mod rectification;
-mod reduction;
 pub mod registration;
 pub mod stage_axis;
 pub mod target;

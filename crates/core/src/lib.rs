@@ -4,6 +4,7 @@ pub mod choice;
 pub mod fault;
 pub mod frame;
 pub mod grid;
+pub mod image;
 pub mod least_squares;
 pub mod progress;
 pub mod settings;

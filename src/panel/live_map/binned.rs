@@ -2,6 +2,7 @@
 
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::area;
+use epirig_core::image::square_sums;
 
 /// The time of a map grows as its number of values times the number of frames and this: the search and the
 /// windows of the fit take as long as so many frames, however many there are.
@@ -38,11 +39,12 @@ impl Binned {
     /// Means of `bin` x `bin` pixels of `frame`; `None` if it has no pixels.
     pub(super) fn of(frame: &Frame, bin: usize) -> Option<Self> {
         area(frame.rows(), frame.columns())?;
-        let size = (frame.columns(), bin, frame.bit_depth());
-        let means = match frame.samples() {
-            Samples::U8(samples) => means(samples, size),
-            Samples::U16(samples) => means(samples, size),
+        let sums: Vec<u64> = match frame.samples() {
+            Samples::U8(samples) => square_sums(samples, frame.columns(), bin),
+            Samples::U16(samples) => square_sums(samples, frame.columns(), bin),
         };
+        let divisor = ((bin * bin) as u64) << frame.bit_depth();
+        let means = sums.iter().map(|sum| ((sum * FINE_COUNTS + divisor / 2) / divisor) as u16).collect();
         let counts = Frame::new(frame.rows() / bin, frame.columns() / bin, 16, Samples::U16(means)).ok()?;
         Some(Self { bin, bit_depth: frame.bit_depth(), counts })
     }
@@ -52,21 +54,4 @@ impl Binned {
         let kind = |one: &Self| (one.bin, one.bit_depth, one.counts.rows(), one.counts.columns());
         kind(self) == kind(other)
     }
-}
-
-/// Means of squares of `bin` x `bin` of the `samples` of `bit_depth` bits, in counts.
-fn means<T: Copy + Into<u64>>(samples: &[T], (columns, bin, bit_depth): (usize, usize, u8)) -> Vec<u16> {
-    let mut means = Vec::with_capacity(samples.len() / (bin * bin));
-    let mut sums = vec![0_u64; columns / bin];
-    let divisor = ((bin * bin) as u64) << bit_depth;
-    for square_row in samples.chunks_exact(columns * bin) {
-        sums.fill(0);
-        for row in square_row.chunks_exact(columns) {
-            for (sum, part) in sums.iter_mut().zip(row.chunks_exact(bin)) {
-                *sum += part.iter().map(|&sample| sample.into()).sum::<u64>();
-            }
-        }
-        means.extend(sums.iter().map(|sum| ((sum * FINE_COUNTS + divisor / 2) / divisor) as u16));
-    }
-    means
 }

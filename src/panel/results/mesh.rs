@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::surface::heights;
 use super::view::ResultsView;
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced_known;
 use epirig_server::{Query, Refusal, Reply};
 
 /// Most points that are sent.
@@ -59,18 +60,8 @@ pub(super) fn blocks_for<T: Copy>(map: &Grid<T>, most: usize) -> usize {
 /// Means of the known values of blocks of `step` x `step` px; blocks that do not fit at the edges are left
 /// out.
 pub(super) fn means(map: &Grid<f32>, step: usize) -> Grid<f32> {
-    let (rows, columns) = ((map.rows() / step).max(1), (map.columns() / step).max(1));
-    let mut found = Grid::filled(rows, columns, f32::NAN);
-    for y in 0..rows {
-        for x in 0..columns {
-            let lines = (y * step..((y + 1) * step).min(map.rows())).map(|line| map.row(line));
-            let block = lines.flat_map(|row| &row[x * step..((x + 1) * step).min(row.len())]);
-            let known = block.filter(|value| !value.is_nan());
-            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-            found.row_mut(y)[x] = sum / count;
-        }
-    }
-    found
+    let whole = |size: usize| 0..if size < step { size } else { size - size % step };
+    reduced_known(&map.cropped(whole(map.columns()), whole(map.rows())), step, 0.0)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use super::super::PanelError;
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced_known;
 
 /// Side of a tile, in px.
 pub(super) const TILE: usize = 256;
@@ -96,25 +97,20 @@ impl Pyramid {
 }
 
 fn halved(map: &Grid<f32>, reduction: Reduction) -> Grid<f32> {
-    let (rows, columns) = (map.rows(), map.columns());
-    let mut half = Grid::filled(rows.div_ceil(2), columns.div_ceil(2), f32::NAN);
-    for y in 0..half.rows() {
-        let (upper, lower) = (map.row(2 * y), map.row((2 * y + 1).min(rows - 1)));
-        for (x, value) in half.row_mut(y).iter_mut().enumerate() {
-            let (left, right) = (2 * x, (2 * x + 1).min(columns - 1));
-            *value = match reduction {
-                Reduction::Nearest => upper[left],
-                Reduction::Mean => {
-                    let four = [upper[left], upper[right], lower[left], lower[right]];
-                    let known = four.iter().filter(|value| !value.is_nan());
-                    let (sum, count) =
-                        known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-                    sum / count
-                }
-            };
+    match reduction {
+        Reduction::Mean => reduced_known(map, 2, 0.0),
+        Reduction::Nearest => {
+            let (rows, columns) = (map.rows().div_ceil(2), map.columns().div_ceil(2));
+            let mut half = Grid::filled(rows, columns, f32::NAN);
+            for y in 0..rows {
+                half.row_mut(y)
+                    .iter_mut()
+                    .zip(map.row(2 * y).iter().step_by(2))
+                    .for_each(|(to, code)| *to = *code);
+            }
+            half
         }
     }
-    half
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced_known;
 use epirig_surface::{Geometry, Heights};
 
 /// What is shown around the known pixels: this share of their longer side, from and up to so many px.
@@ -112,29 +113,7 @@ impl Zoom {
 
 /// Means of the known values of `factor` x `factor` pixels; unknown where more than half of them are.
 pub(in crate::report) fn reduced(map: &Grid<f32>, factor: usize) -> Grid<f32> {
-    if factor == 1 {
-        return map.clone();
-    }
-    let mut small = Grid::filled(map.rows().div_ceil(factor), map.columns().div_ceil(factor), f32::NAN);
-    for y in 0..small.rows() {
-        let rows = y * factor..((y + 1) * factor).min(map.rows());
-        for (x, value) in small.row_mut(y).iter_mut().enumerate() {
-            let columns = x * factor..((x + 1) * factor).min(map.columns());
-            let (mut sum, mut known) = (0.0, 0);
-            for y in rows.clone() {
-                for here in &map.row(y)[columns.clone()] {
-                    if here.is_finite() {
-                        sum += here;
-                        known += 1;
-                    }
-                }
-            }
-            if known > 0 && 2 * known >= rows.len() * columns.len() {
-                *value = sum / known as f32;
-            }
-        }
-    }
-    small
+    reduced_known(map, factor, 0.5)
 }
 
 #[cfg(test)]
@@ -176,17 +155,5 @@ mod tests {
         // As in the viewer: (column - 12) x 0.5 mm, (row - 3) x 0.5 mm.
         let millimetres = Millimetres { origin_px: (12.0, 3.0), ..millimetres };
         assert_eq!(zoom.edges(&window, (2, 1), Some(millimetres)), [(-0.75, 0.25), (-1.25, -1.25)]);
-    }
-
-    #[test]
-    fn large_maps_are_reduced_to_means_of_what_is_known() {
-        let mut map = Grid::from_values(3, 4, (0..12).map(|index| index as f32).collect()).unwrap();
-        map.row_mut(0)[0] = f32::NAN;
-        (map.row_mut(0)[2], map.row_mut(0)[3], map.row_mut(1)[2]) = (f32::NAN, f32::NAN, f32::NAN);
-        let small = reduced(&map, 2);
-        // Means of 1, 4, 5, of 8, 9 and of 10, 11; three of four are unknown at the upper right.
-        assert_eq!((small.rows(), small.columns()), (2, 2));
-        assert!((small.at(0, 0) - 10.0 / 3.0).abs() < 1e-6 && small.at(1, 0).is_nan());
-        assert_eq!((small.at(0, 1), small.at(1, 1)), (8.5, 10.5));
     }
 }

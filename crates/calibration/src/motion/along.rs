@@ -2,9 +2,9 @@
 
 use super::doubt::Doubt;
 use super::reduced::Reduced;
-use crate::reduction::reduced;
 use crate::texture_motion::{Frames, Return, Step, TextureMotion, texture_motion};
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced;
 use epirig_core::statistics::root_mean_square;
 
 /// Frames that are looked at, at most; of more, every second or third.

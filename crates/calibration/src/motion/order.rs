@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::reduced::Reduced;
-use crate::reduction::reduced;
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced;
 
 /// Longest side of the pictures that are compared all with all; and how often they are halved.
 const LONGEST: usize = 64;

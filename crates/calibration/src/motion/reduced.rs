@@ -1,8 +1,8 @@
 //! Frames made small: a hundred of them are held at once.
 
-use crate::reduction::{means, reduced};
-use epirig_core::frame::{Frame, Samples};
+use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
+use epirig_core::image::{reduced, reduced_frame};
 
 /// A small frame, and one of half its size: means over squares of pixels.
 #[derive(Debug, Clone)]
@@ -16,12 +16,8 @@ pub(super) struct Reduced {
 impl Reduced {
     /// A frame reduced until its longer side has `longest` pixels at most.
     pub(super) fn of(frame: &Frame, longest: usize) -> Self {
-        let (rows, columns) = (frame.rows(), frame.columns());
-        let factor = rows.max(columns).div_ceil(longest).max(1);
-        let fine = match frame.samples() {
-            Samples::U8(values) => means(values, rows, columns, factor),
-            Samples::U16(values) => means(values, rows, columns, factor),
-        };
+        let factor = frame.rows().max(frame.columns()).div_ceil(longest).max(1);
+        let fine = reduced_frame(frame, factor);
         let coarse = reduced(&fine, 2);
         Self { factor, fine, coarse }
     }

@@ -7,8 +7,8 @@ use super::board::{BoardCorner, ChessBoard, FoundBoard};
 use super::detect::Scene;
 use super::lattice::{LEAST_CORNERS, Lattice, lattices};
 use super::refine::{Corner, EdgeCross, refine_corner};
-use super::sampling::halved;
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced;
 use epirig_core::statistics::upper_median;
 
 /// Radius of the window of a fit, as a share of the distance of the nearest parallel edge: half would touch
@@ -39,7 +39,7 @@ type Label = (i32, i32);
 
 /// The boards of an image, detected at 1 / `scale` of its size (1 or 2).
 pub(super) fn boards(image: &Grid<f32>, scale: usize, board: &ChessBoard, count: usize) -> Vec<FoundBoard> {
-    let scene = if scale == 2 { Scene::new(&halved(image)) } else { Scene::new(image) };
+    let scene = if scale == 2 { Scene::new(&reduced(image, 2)) } else { Scene::new(image) };
     let mut found: Vec<FoundBoard> = Vec::new();
     for mut lattice in lattices(&scene).into_iter().take(MOST_LATTICES) {
         if scale == 2 {

@@ -1,4 +1,4 @@
-//! Interpolation, smoothing and halving of an image.
+//! Interpolation and smoothing of an image.
 
 use epirig_core::grid::Grid;
 
@@ -56,18 +56,4 @@ pub(super) fn smoothed(image: &Grid<f32>, sigma_px: f32) -> Grid<f32> {
         }
     }
     smooth
-}
-
-/// The image at half its size: means of 2 x 2 pixels. The pixel at (x, y) has its centre at (2 x + 0.5, 2 y +
-/// 0.5) of the image.
-pub(super) fn halved(image: &Grid<f32>) -> Grid<f32> {
-    let (rows, columns) = (image.rows() / 2, image.columns() / 2);
-    let mut half = Grid::filled(rows, columns, 0.0_f32);
-    for y in 0..rows {
-        let (above, below) = (image.row(2 * y), image.row(2 * y + 1));
-        for (x, value) in half.row_mut(y).iter_mut().enumerate() {
-            *value = 0.25 * (above[2 * x] + above[2 * x + 1] + below[2 * x] + below[2 * x + 1]);
-        }
-    }
-    half
 }

@@ -1,9 +1,9 @@
 //! Rendered scenes whose motion is known: planes that are inclined, and a cube's edge, at positions of any kind.
 
 use super::*;
-use crate::reduction::{means, reduced};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced_frame;
 use epirig_core::statistics::root_mean_square;
 use epirig_simulator::{Scene, Sensor, Simulator, SimulatorConfig};
 use rand::{RngExt as _, SeedableRng as _};
@@ -27,11 +27,7 @@ impl Frames for Rendered {
     }
 
     fn picture(&self, index: usize, factor: usize) -> Grid<f32> {
-        let (rows, columns) = self.size();
-        match self.0[index].samples() {
-            Samples::U8(values) => means(values, rows, columns, factor),
-            Samples::U16(values) => reduced(&means(values, rows, columns, 1), factor),
-        }
+        reduced_frame(&self.0[index], factor)
     }
 }
 
