@@ -13,7 +13,7 @@ use super::{CliError, Talk};
 use crate::pipeline::{
     CompareSummary, MeasuredScan, OpenedResults, compare_scans, open_results, surface_need,
 };
-use crate::results::{ResultsFolder, ResultsKind, scale_in_words};
+use crate::results::{ResultsFolder, ResultsKind, names, scale_in_words};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_surface::{ScaleSigma, TrendKind};
@@ -79,7 +79,7 @@ impl Compare {
         let scans = [first.measured()?, second.measured()?];
         let summary = compare_scans(scans, self.trend, &region, &folder)?;
         folder.commit()?;
-        let picture = self.out.join("difference.png");
+        let picture = self.out.join(names::DIFFERENCE);
         talk.result(&summary, || format!("{}look at {}\n", describe(&summary), quoted(&picture)))
     }
 
@@ -150,7 +150,12 @@ fn describe(summary: &CompareSummary) -> String {
         ));
     }
     if places.len() > PRINTED_PLACES {
-        text.push_str(&format!("{:<19}and {} more in places.csv\n", "", places.len() - PRINTED_PLACES));
+        text.push_str(&format!(
+            "{:<19}and {} more in {}\n",
+            "",
+            places.len() - PRINTED_PLACES,
+            names::PLACES
+        ));
     }
     text
 }

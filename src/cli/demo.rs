@@ -15,7 +15,7 @@ use super::{CliError, Talk};
 use crate::pipeline::{Frames, Measurement, match_need};
 use crate::profile::{Override, Profile, SIM};
 use crate::report::{Chart, MapPicture, Series, ValueRange, Window, side_by_side};
-use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary};
+use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary, names};
 use epirig_core::grid::Grid;
 use epirig_core::shell::quoted;
 use epirig_data::formats::MapFacts;
@@ -137,7 +137,7 @@ impl Demo {
                 describe(&measurement),
                 table(&report),
                 if found.is_empty() { "look at " } else { &found },
-                quoted(&out.join("results/measured-and-truth.png")),
+                quoted(&out.join("results").join(names::MEASURED_AND_TRUTH)),
             )
         })
     }
@@ -231,7 +231,7 @@ fn write_comparison(
         shown(&measurement.maps.disparity, "Disparity, measured")?,
         shown(&truth.disparity, "Disparity, truth")?,
     ]);
-    results.write_picture("measured-and-truth.png", &pictures)?;
+    results.write_picture(names::MEASURED_AND_TRUTH, &pictures)?;
     let Some(heights) = &measurement.heights else { return Ok(()) };
     let y = truth.height_mm.rows() / 2;
     // Measured heights are relative to the median distance, true ones to the scene's nearest level.
@@ -251,8 +251,8 @@ fn write_comparison(
         ],
         ..Chart::default()
     };
-    results.write_picture("height-along-row.png", &chart.picture()?)?;
-    results.write("height-along-row.csv", chart.csv());
+    results.write_picture(&format!("{}.png", names::HEIGHT_ALONG_ROW), &chart.picture()?)?;
+    results.write(&format!("{}.csv", names::HEIGHT_ALONG_ROW), chart.csv());
     Ok(())
 }
 

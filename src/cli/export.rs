@@ -3,85 +3,25 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::Serialize;
 
+use super::choice::choice;
 use super::files::write_new;
 use super::need::{check, close_others};
 use super::scan_end::tell_results;
 use super::surface::known_heights;
 use super::{CliError, Talk};
-use crate::pipeline::{
-    OpenedResults, answer_classes, matched_frame, open_results, surface_need, surface_points,
-};
+use crate::pipeline::{OpenedResults, matched_frame, open_results, surface_need, surface_points};
 use crate::report::{MapPicture, Millimetres, ValueRange, Window, class_picture};
-use crate::results::{ResultFiles, ResultsError, ResultsKind, encoded_picture};
+use crate::results::{Look, MapRow, ResultFiles, ResultMap, ResultsError, ResultsKind, encoded_picture};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat, Quantity};
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::parent;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MapName {
-    Disparity,
-    Sigma,
-    Cost,
-    Confidence,
-    /// Why a pixel has an answer or none, with the values of mask.png
-    Mask,
-    /// Height as measured
-    Height,
-    HeightSigma,
-    /// Height as measured, where `epirig surface` used it
-    HeightUsed,
-    /// Height after removal of the form, as `epirig surface` found it
-    HeightWithoutForm,
-    /// The same between the cut-offs of the filters of `epirig surface`
-    HeightFiltered,
-    /// Difference of height that `epirig compare` found
-    Difference,
-    DifferenceSigma,
-}
-
-/// What is known of a map by its name.
-struct About {
-    title: &'static str,
-    unit: &'static str,
-    quantity: Quantity,
-    /// Colours of a picture span at least this much.
-    least_span: f32,
-}
-
-impl MapName {
-    fn about(self) -> About {
-        let (title, unit, quantity, least_span) = match self {
-            Self::Disparity => ("Disparity", "px", Quantity::ImagePx, 0.05),
-            Self::Sigma => ("Standard uncertainty of the disparity", "px", Quantity::ImagePx, 0.001),
-            Self::Cost => ("Cost", "of the chosen line", Quantity::Number, 0.001),
-            Self::Confidence => ("Confidence", "0 to 1", Quantity::Number, 0.001),
-            Self::Mask => ("Answers of the matcher", "values of mask.png", Quantity::Number, 1.0),
-            Self::Height => ("Height", "mm", Quantity::LengthMm, 0.01),
-            Self::HeightSigma => ("Standard uncertainty of the height", "mm", Quantity::LengthMm, 0.001),
-            Self::HeightUsed => ("Height of the surface, with the form", "mm", Quantity::LengthMm, 0.01),
-            Self::HeightWithoutForm => ("Height after removal of the form", "mm", Quantity::LengthMm, 0.01),
-            Self::HeightFiltered => ("Height between the cut-offs", "mm", Quantity::LengthMm, 0.01),
-            Self::Difference => ("Second less first height", "mm", Quantity::LengthMm, 0.01),
-            Self::DifferenceSigma => {
-                ("Standard uncertainty of the difference", "mm", Quantity::LengthMm, 0.001)
-            }
-        };
-        About { title, unit, quantity, least_span }
-    }
-
-    /// Whether its values are heights of a surface, which has points and a relief.
-    fn is_height(self) -> bool {
-        matches!(self, Self::Height | Self::HeightUsed | Self::HeightWithoutForm | Self::HeightFiltered)
-    }
-
-    fn is_difference(self) -> bool {
-        matches!(self, Self::Difference | Self::DifferenceSigma)
-    }
-}
+/// What `epirig surface` needs for a map between cut-offs.
+const FILTERED: &str = " with --s-filter-mm or --l-filter-mm";
 
 /// A map with what it is a map of.
 struct Found {
@@ -138,8 +78,8 @@ pub(super) struct Export {
     #[arg(value_name = "SEQ")]
     folder: PathBuf,
     /// The map
-    #[arg(long, value_enum, default_value = "disparity")]
-    map: MapName,
+    #[arg(long, value_parser = choice::<ResultMap>(), default_value_t = ResultMap::Disparity)]
+    map: ResultMap,
     /// The file to write; an existing file is refused
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -167,7 +107,11 @@ impl Export {
         if self.out.exists() {
             return Err(CliError::usage(format!("{} exists already; give another name", self.out.display())));
         }
-        let found = if self.map.is_difference() { self.difference()? } else { self.of_sequence(talk)? };
+        let found = if self.map.row().kind == ResultsKind::Compare {
+            self.difference()?
+        } else {
+            self.of_sequence(talk)?
+        };
         let bytes = match output {
             Output::Map(format) => {
                 let encoded = format.encode_with(&found.map, &self.facts(&found));
@@ -203,49 +147,22 @@ impl Export {
         opened: &OpenedResults,
         folder: &Path,
     ) -> Result<Grid<f32>, CliError> {
-        let heights = || known_heights(opened, sequence, folder);
-        let of_surface = |name: &str| -> Result<Option<Grid<f32>>, CliError> {
-            let map = opened.files.surface()?.map(|surface| surface.map(name)).transpose()?.flatten();
-            let size = (opened.disparity.rows(), opened.disparity.columns());
-            match map {
-                Some(map) if (map.rows(), map.columns()) != size => Err(CliError::data(format!(
-                    "{}: its maps do not fit the sequence; run `epirig surface --overwrite` again",
-                    folder.join("surface").display()
-                ))),
-                map => Ok(map),
-            }
-        };
-        let there = |map: Option<Grid<f32>>, verb: &str| {
-            map.ok_or_else(|| {
+        let row = self.map.row();
+        if row.quantity == Quantity::LengthMm {
+            known_heights(opened, sequence, folder)?;
+        }
+        let surface = if row.kind == ResultsKind::Surface { opened.files.surface()? } else { None };
+        match opened.map(self.map, surface.as_ref())? {
+            Some(map) => Ok(map),
+            None if row.kind == ResultsKind::Match => Ok(opened.files.needed_map(self.map)?),
+            None => {
+                let filtered = if self.map == ResultMap::HeightFiltered { FILTERED } else { "" };
                 let folder = folder.display();
-                CliError::usage(format!("{folder} holds no such map; run {verb} first"))
-            })
-        };
-        let without_form = || there(of_surface("height_mm.tiff")?, "`epirig surface --overwrite`");
-        Ok(match self.map {
-            MapName::Disparity => opened.disparity.clone(),
-            MapName::Sigma => opened.sigma.clone(),
-            MapName::Cost => opened.files.needed_map("cost.tiff")?,
-            MapName::Confidence => opened.files.needed_map("confidence.tiff")?,
-            MapName::Mask => {
-                let mask = opened.files.grey("mask.png")?.map(|mask| mask.map(f32::from));
-                there(mask, "`epirig match --overwrite`")?
+                Err(CliError::usage(format!(
+                    "{folder} holds no such map; run `epirig surface --overwrite`{filtered} first"
+                )))
             }
-            MapName::Height => heights()?.height_mm.clone(),
-            MapName::HeightSigma => heights()?.sigma_mm.clone(),
-            MapName::HeightUsed => {
-                let (mut used, rest) = (heights()?.height_mm.clone(), without_form()?);
-                let pairs = used.values_mut().iter_mut().zip(rest.values());
-                pairs.filter(|(_, rest)| rest.is_nan()).for_each(|(height, _)| *height = f32::NAN);
-                used
-            }
-            MapName::HeightWithoutForm => without_form()?,
-            MapName::HeightFiltered => there(
-                of_surface("filtered_mm.tiff")?,
-                "`epirig surface --overwrite` with --s-filter-mm or --l-filter-mm",
-            )?,
-            MapName::Difference | MapName::DifferenceSigma => there(None, "`epirig compare`")?,
-        })
+        }
     }
 
     /// A map of a comparison.
@@ -259,12 +176,8 @@ impl Export {
             )));
         }
         let (files, facts) = ResultFiles::open_compare(folder)?;
-        let name = match self.map {
-            MapName::DifferenceSigma => "difference_sigma_mm.tiff",
-            _ => "difference_mm.tiff",
-        };
         Ok(Found {
-            map: files.needed_map(name)?,
+            map: files.needed_map(self.map)?,
             source: format!("sequence {} less {}", facts.second_uid, facts.first_uid),
             millimetres: Some(Millimetres { pixel_mm: facts.pixel_mm, origin_px: facts.origin_px }),
             of: None,
@@ -273,48 +186,35 @@ impl Export {
 
     /// What a file may say of the map.
     fn facts(&self, found: &Found) -> MapFacts {
-        let About { title, unit, quantity, .. } = self.map.about();
-        MapFacts {
-            quantity,
-            pixel_mm: found.millimetres.map(|millimetres| millimetres.pixel_mm),
-            title: format!("{title} ({unit}), {}", found.source),
-            taken: found.of.as_ref().map(|(sequence, _)| sequence.record().created.clone()),
-        }
+        let pixel_mm = found.millimetres.map(|millimetres| millimetres.pixel_mm);
+        let taken = found.of.as_ref().map(|(sequence, _)| sequence.record().created.clone());
+        MapFacts { taken, ..self.map.row().facts(pixel_mm, Some(&found.source)) }
     }
 
     /// The map as a picture; without a photograph if the frame is no longer there.
     fn picture(&self, found: &Found) -> Result<Vec<u8>, CliError> {
-        let About { title, unit, least_span, .. } = self.map.about();
         let map = &found.map;
-        if self.map == MapName::Mask {
-            let (classes, window) = (answer_classes(), Window::whole(map.rows(), map.columns()));
-            let values = map.map(|value| value as u8);
-            let picture = class_picture(&values, title, &classes, (&window, found.millimetres))?;
-            return Ok(encoded_picture(&self.out, &picture)?);
-        }
-        let photograph = found.of.as_ref().and_then(|(sequence, opened)| {
-            matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok()
-        });
-        let range = ValueRange::of(map, least_span);
-        let range = if self.map == MapName::Difference { range.around_zero() } else { range };
-        let picture =
-            MapPicture::new(map, title, unit, range).in_mm(found.millimetres).beside(photograph.as_ref());
-        let picture = match self.map {
-            MapName::Difference => picture.diverging(),
-            map if map.is_height() => picture.as_relief(),
-            _ => picture,
+        let picture = if self.map.row().classes().is_empty() {
+            let photograph = found.of.as_ref().and_then(|(sequence, opened)| {
+                matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok()
+            });
+            let picture = MapPicture::of(self.map, map).in_mm(found.millimetres);
+            picture.beside(photograph.as_ref()).picture()?
+        } else {
+            let window = Window::whole(map.rows(), map.columns());
+            class_picture(self.map, &map.map(|value| value as u8), (&window, found.millimetres))?
         };
-        Ok(encoded_picture(&self.out, &picture.picture()?)?)
+        Ok(encoded_picture(&self.out, &picture)?)
     }
 
     fn points(&self, found: &Found) -> Result<Vec<u8>, CliError> {
         let heights = found.of.as_ref().and_then(|(_, opened)| opened.heights.as_ref());
-        let Some(heights) = heights.filter(|_| self.map.is_height()) else {
+        let Some(heights) = heights.filter(|_| self.map.row().look == Look::Relief) else {
             return Err(CliError::usage(
                 ".ply is for points in space; give --map height or --map height-without-form".to_owned(),
             ));
         };
-        let About { title, least_span, .. } = self.map.about();
+        let MapRow { title, least_span, .. } = self.map.row();
         let about = format!(
             "{title} as z from the level {} mm away, towards the camera; x to the right, y up; {}",
             heights.distance_mm, found.source

@@ -12,7 +12,8 @@ use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, Calibration, read_calibration};
 use crate::pipeline::{Measurement, PipelineError, View, measure};
-use crate::results::{MatchSummary, ResultsFolder, ResultsKind};
+use crate::results::{ANSWER_CLASSES, MatchSummary, ResultMap, ResultsFolder, ResultsKind, class_of, names};
+use epirig_core::choice::Choice as _;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
 use epirig_matcher::{Answer, DisparityMaps, MatchError};
@@ -21,7 +22,7 @@ use epirig_matcher::{Answer, DisparityMaps, MatchError};
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    after_help = "Examples:
+    after_help = format!("Examples:
   epirig match seq
   epirig match seq --ordering-constraint off               objects that occlude others
   epirig match seq --method normalised                     illumination that varies
@@ -29,9 +30,8 @@ use epirig_matcher::{Answer, DisparityMaps, MatchError};
   epirig match seq --quick --out look                      a first look: a third of the time
   epirig match seq --mask object.png                       only what is white, in less time
 
-The results are maps as .tiff (disparity, sigma, cost, confidence, height_mm, height_sigma_mm),
-mask.png (255 answer, 0 leaves the image, 40 beyond the range, 80 too uncertain, 120 occluded,
-160 ambiguous, 200 outside mask or region), answers.png (the same in colours), pictures, figures/ and match.json."
+The results are maps as .tiff ({}),
+mask.png ({}), answers.png (the same in colours), pictures, figures/ and match.json.", maps(), classes())
 )]
 pub(super) struct Match {
     /// Folder of the sequence
@@ -54,6 +54,17 @@ pub(super) struct Match {
     anyway: AnywayArgument,
     #[command(flatten)]
     matching: MatchArguments,
+}
+
+/// The maps of quantities, as their files are called.
+fn maps() -> String {
+    let rows = ResultMap::ALL.iter().map(|map| map.row()).filter(|row| row.kind == ResultsKind::Match);
+    rows.filter_map(|row| row.file.strip_suffix(".tiff")).collect::<Vec<_>>().join(", ")
+}
+
+/// The values of the mask, each with its meaning.
+fn classes() -> String {
+    ANSWER_CLASSES.map(|class| format!("{} {}", class.value, class.name)).join(", ")
 }
 
 impl Match {
@@ -108,7 +119,7 @@ impl Match {
         }
         advise(&measurement, &sequence, used, talk);
         talk.result(&measurement.summary, || {
-            let picture = out.join("disparity.png");
+            let picture = out.join(names::DISPARITY);
             match measurement.summary.median_disparity_px {
                 Some(_) => format!("{}look at {}\n", describe(&measurement), quoted(&picture)),
                 None => describe(&measurement),
@@ -117,7 +128,7 @@ impl Match {
         match measurement.summary.median_disparity_px {
             Some(_) => Ok(()),
             None => {
-                let reasons = out.join("mask.png");
+                let reasons = out.join(ResultMap::Mask.row().file);
                 let what = format!("no pixel has an answer ({} has the reasons)", reasons.display());
                 Err(no_answer(&sequence, used, &what, options.range.is_some()))
             }
@@ -213,31 +224,26 @@ const LEAST_PX: f64 = 5e-5;
 /// How much of the object is answered, and what is beside it.
 fn answers(maps: &DisparityMaps) -> String {
     let object = maps.object();
-    let reasons = [
-        ("leaves image", Answer::LeavesImage),
-        ("beyond range", Answer::BeyondRange),
-        ("too uncertain", Answer::NoTexture),
-        ("ambiguous", Answer::Ambiguous),
-        ("occluded", Answer::Occluded),
-        ("outside mask or region", Answer::Outside),
-    ];
     let all = object.values().len().max(1) as f64;
     let count = |inside: bool, answer: Option<Answer>| {
         let pixels = object.values().iter().zip(maps.answer.values());
         pixels.filter(|&(&is, &has)| is == inside && answer.is_none_or(|answer| has == answer)).count() as f64
     };
-    // The shares of what has no answer, without those that round to nothing.
-    let shares = |inside: bool, whole: f64, first: &[(&str, Answer)]| {
-        let share = |(name, answer): &(&str, Answer)| {
-            let percent = 100.0 * count(inside, Some(*answer)) / whole;
+    // The shares of the answers, without those that round to nothing.
+    let shares = |inside: bool, whole: f64| {
+        let share = |&answer: &Answer| {
+            let percent = 100.0 * count(inside, Some(answer)) / whole;
+            let name = class_of(answer).name;
             (percent >= 100.0 * LEAST_SHARE).then(|| format!("{name} {percent:.1} %"))
         };
-        first.iter().chain(&reasons).filter_map(share).collect::<Vec<_>>().join(", ")
+        // Of the object, the answered share is named before.
+        let answers = Answer::ALL.iter().filter(|&&answer| !inside || answer != Answer::Found);
+        answers.filter_map(share).collect::<Vec<_>>().join(", ")
     };
     let (inside, outside) = (count(true, None), count(false, None));
     let mut text = String::new();
     if inside > 0.0 {
-        let missing = shares(true, inside, &[]);
+        let missing = shares(true, inside);
         let missing = if missing.is_empty() { missing } else { format!(" ({missing})") };
         text.push_str(&format!(
             "object             {:.1} % of the frame; {:.1} % of it answered{missing}\n",
@@ -248,7 +254,7 @@ fn answers(maps: &DisparityMaps) -> String {
     // Beside an object that fills the frame there is nothing to tell.
     if inside <= 0.0 || outside >= LEAST_SHARE * all {
         let name = if inside > 0.0 { "beside it" } else { "frame" };
-        let reasons = shares(false, all, &[("answered", Answer::Found)]);
+        let reasons = shares(false, all);
         let reasons = if reasons.is_empty() { reasons } else { format!(": {reasons}") };
         text.push_str(&format!("{name:<19}{:.1} % of the frame{reasons}\n", 100.0 * outside / all));
     }

@@ -18,7 +18,7 @@ use crate::calibrate::read_calibration;
 use crate::doctor::{Report, Verdict};
 use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
-use crate::results::{MatchSummary, Region, ResultsFolder, ResultsKind, SurfaceSummary};
+use crate::results::{MatchSummary, Region, ResultsFolder, ResultsKind, SurfaceSummary, names};
 use crate::rig::{calibration_plan, can_be_calibrated};
 use epirig_core::fault::Blame;
 use epirig_core::grid::Grid;
@@ -123,7 +123,7 @@ pub(super) fn measure_captured(
     let summary = &measurement.summary;
     let output = RunOutput { captured, summary, surface: found.map(|(surface, _)| surface) };
     talk.result(&output, || {
-        let picture = found.map_or_else(|| results.join("disparity.png"), |(_, report)| report.clone());
+        let picture = found.map_or_else(|| results.join(names::DISPARITY), |(_, report)| report.clone());
         let (place, answer) = found.map_or_else(Default::default, |(surface, _)| {
             (brief_surface(surface), format!("\n{}\n\n", surface.conclusion.sentence))
         });

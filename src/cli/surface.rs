@@ -15,15 +15,12 @@ use crate::pipeline::{
     MeasuredSurface, OpenedResults, PipelineError, SurfaceQuestions, half_frames, half_heights, halves_need,
     inspect_surface, open_results, steps_options, surface_need,
 };
-use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
+use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary, names};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_surface::{
     Combined, Contribution, DepthOnPlateaus, Evaluation, Filters, HalfHeights, Heights, Roughness, TrendKind,
 };
-
-/// The report in the folder of the surface.
-const REPORT: &str = "report.html";
 
 /// Measure the depth of hollows in a surface, and its roughness
 ///
@@ -114,7 +111,9 @@ impl Surface {
             MeasuredSurface { sequence: &sequence, opened: &opened, heights, halves: halves.as_ref() };
         let summary = inspect_surface(measured, &questions, &folder)?;
         folder.commit()?;
-        talk.result(&summary, || format!("{}look at {}\n", describe(&summary), quoted(&out.join(REPORT))))
+        talk.result(&summary, || {
+            format!("{}look at {}\n", describe(&summary), quoted(&out.join(names::REPORT)))
+        })
     }
 }
 
@@ -197,7 +196,7 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
     let measured = MeasuredSurface { sequence, opened: &opened, heights, halves: halves.as_ref() };
     let summary = inspect_surface(measured, &questions, &folder)?;
     folder.commit()?;
-    Ok((summary, out.join(REPORT)))
+    Ok((summary, out.join(names::REPORT)))
 }
 
 /// Where the surface is, in a line.

@@ -5,12 +5,11 @@ use thiserror::Error;
 
 use super::{OpenedResults, PipelineError, matched_frame, steps_options};
 use crate::report::{MapPicture, Millimetres, ReportError, ValueRange};
-use crate::results::{MaskFacts, Region, ResultsError, ResultsFolder, ResultsKind};
+use crate::results::{MaskFacts, Region, ResultMap, ResultsError, ResultsFolder, ResultsKind, names};
 use epirig_calibration::registration::{ShiftError, Similarity, similarity_between};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::grid::Grid;
-use epirig_data::formats::MapFacts;
 use epirig_data::sequence::Sequence;
 use epirig_surface::comparison::{
     Comparison, ComparisonError, DifferenceStatistics, Place, Registration, compare,
@@ -230,23 +229,19 @@ fn write(
 ) -> Result<(), CompareError> {
     let Comparison { difference_mm, sigma_mm, .. } = found;
     let between = format!("sequence {} less {}", summary.second_uid, summary.first_uid);
-    let facts = MapFacts::lengths(summary.pixel_mm, format!("Difference of height in mm, {between}"));
-    folder.write_map("difference_mm.tiff", difference_mm, &facts)?;
-    let title = format!("Standard uncertainty of the difference in mm, {between}");
-    let facts = MapFacts::lengths(summary.pixel_mm, title);
-    folder.write_map("difference_sigma_mm.tiff", sigma_mm, &facts)?;
-    let range = ValueRange::of(difference_mm, 0.01).around_zero();
-    let picture = |map, title, unit, range| {
-        MapPicture::new(map, title, unit, range).diverging().in_mm(Some(millimetres))
-    };
-    let difference = picture(difference_mm, "Second less first height", "mm", range);
-    folder.write_picture("difference.png", &difference.beside(Some(photograph)).picture()?)?;
+    for (map, values) in [(ResultMap::Difference, difference_mm), (ResultMap::DifferenceSigma, sigma_mm)] {
+        let facts = map.row().facts(Some(summary.pixel_mm), Some(&between));
+        folder.write_map(map.row().file, values, &facts)?;
+    }
+    let difference = MapPicture::of(ResultMap::Difference, difference_mm).in_mm(Some(millimetres));
+    folder.write_picture(names::DIFFERENCE, &difference.beside(Some(photograph)).picture()?)?;
     let mut significance = difference_mm.clone();
     significance.values_mut().iter_mut().zip(sigma_mm.values()).for_each(|(value, sigma)| *value /= sigma);
     let range = ValueRange { low: -MOST_SIGMA, high: MOST_SIGMA };
-    let significance = picture(&significance, "Difference over its standard uncertainty", "sigma", range);
-    folder.write_picture("significance.png", &significance.picture()?)?;
-    folder.write("places.csv", places_csv(&summary.places));
+    let title = "Difference over its standard uncertainty";
+    let significance = MapPicture::new(&significance, title, "sigma", range).diverging();
+    folder.write_picture(names::SIGNIFICANCE, &significance.in_mm(Some(millimetres)).picture()?)?;
+    folder.write(names::PLACES, places_csv(&summary.places));
     folder.set_record(summary.clone());
     Ok(())
 }

@@ -1,11 +1,10 @@
 //! Analyses a surface, and writes files and pictures.
 
 use super::{OpenedResults, PipelineError};
-use crate::report::{
-    Chart, MapPicture, Marks, Millimetres, Series, USED_CLASSES, ValueRange, Window, class_picture,
-};
+use crate::report::{Chart, MapPicture, Marks, Millimetres, Series, Window, class_picture};
 use crate::results::{
-    Conclusion, FieldSummary, LevelsSummary, Region, ResultsFolder, ResultsKind, SurfaceSummary,
+    Conclusion, FieldSummary, LevelsSummary, Region, ResultMap, ResultsFolder, ResultsKind,
+    SurfaceSummary, USED_CLASSES, names,
 };
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
@@ -73,8 +72,7 @@ pub struct SurfaceAnswers {
     pub filtered_mm: Option<Grid<f32>>,
     /// The profile.
     pub profile: Profile,
-    /// Grey values of `used.png`: 0 no height; 80 a height that is not used; 160 used, but not for the levels
-    /// (too near to a wall, or an outlier); 255 used.
+    /// Grey values of `used.png`, those of [`USED_CLASSES`].
     pub used: Grid<u8>,
 }
 
@@ -200,11 +198,12 @@ fn middle_row(used: &Grid<bool>) -> ((f64, f64), (f64, f64)) {
 }
 
 fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Grid<u8> {
-    let mut values = heights.height_mm.map(|height| if height.is_finite() { 80 } else { 0 });
+    let [on_a_level, beside, left_out, none] = USED_CLASSES.map(|class| class.value);
+    let mut values = heights.height_mm.map(|height| if height.is_finite() { left_out } else { none });
     for (index, value) in values.values_mut().iter_mut().enumerate() {
         if extent.used.values()[index] {
             let on_level = steps.is_none_or(|steps| steps.used.values()[index]);
-            *value = if on_level { 255 } else { 160 };
+            *value = if on_level { on_a_level } else { beside };
         }
     }
     values
@@ -250,28 +249,26 @@ pub(super) fn write_answers(
     (taken, photograph): (&str, Option<&Grid<f32>>),
 ) -> Result<(), PipelineError> {
     let SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used } = answers;
-    let title = format!("Height after removal of the form in mm, sequence {}", summary.sequence_uid);
-    let facts = MapFacts { taken: Some(taken.to_owned()), ..MapFacts::lengths(summary.pixel_mm, title) };
-    folder.write_map("height_mm.tiff", rest_mm, &facts)?;
-    if let Some(filtered_mm) = filtered_mm {
-        let title = format!("Height between the cut-offs in mm, sequence {}", summary.sequence_uid);
-        let facts = MapFacts { title, ..facts };
-        folder.write_map("filtered_mm.tiff", filtered_mm, &facts)?;
+    let source = format!("sequence {}", summary.sequence_uid);
+    let maps =
+        [(ResultMap::HeightWithoutForm, Some(rest_mm)), (ResultMap::HeightFiltered, filtered_mm.as_ref())];
+    for (map, values) in maps {
+        let Some(values) = values else { continue };
+        let facts = map.row().facts(Some(summary.pixel_mm), Some(&source));
+        folder.write_map(map.row().file, values, &MapFacts { taken: Some(taken.to_owned()), ..facts })?;
     }
-    let range = ValueRange::of(rest_mm, 0.01);
-    folder.write("profile.csv", profile_csv(profile));
+    folder.write(&format!("{}.csv", names::PROFILE), profile_csv(profile));
     if let Some(levels) = &summary.levels {
-        folder.write("hollows.csv", parts_csv(levels));
+        folder.write(names::HOLLOWS, parts_csv(levels));
     }
     let millimetres = Some(Millimetres::of(heights));
-    let picture = MapPicture::new(rest_mm, "Height after removal of the form", "mm", range);
-    let picture = picture.as_relief().in_mm(millimetres).beside(photograph);
-    folder.write_picture("height.png", &picture.picture()?)?;
+    let picture = MapPicture::of(ResultMap::HeightWithoutForm, rest_mm).in_mm(millimetres).beside(photograph);
+    folder.write_picture(names::HEIGHT, &picture.picture()?)?;
     let window = Window::whole(used.rows(), used.columns());
-    let pixels = class_picture(used, "Use of the pixels", &USED_CLASSES, (&window, millimetres))?;
-    folder.write_picture("pixels.png", &pixels)?;
-    folder.write_picture("profile.png", &chart(profile, summary).picture()?)?;
-    folder.write_grey("used.png", used)?;
+    let pixels = class_picture(ResultMap::Used, used, (&window, millimetres))?;
+    folder.write_picture(names::PIXELS, &pixels)?;
+    folder.write_picture(&format!("{}.png", names::PROFILE), &chart(profile, summary).picture()?)?;
+    folder.write_grey(ResultMap::Used.row().file, used)?;
     folder.set_record(summary.clone());
     Ok(())
 }

@@ -1,7 +1,6 @@
 //! From a sequence to its calibration and its results: the steps in order.
 
 mod calibration;
-mod classes;
 mod compare;
 mod geometry;
 mod halves;
@@ -27,20 +26,20 @@ use crate::calibrate::{CalibrateError, Calibration, load_calibrated};
 use crate::report::{
     FigureRow, MapPicture, Millimetres, ReportError, ValueRange, Window, class_picture, paper_figures,
 };
-use crate::results::{MatchSummary, Region, ResultsError, ResultsFolder, ResultsMismatch, mask_value};
+use crate::results::{
+    MatchSummary, Region, ResultMap, ResultsError, ResultsFolder, ResultsMismatch, class_of, names,
+};
 use epirig_calibration::photometry::Maps;
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
-use epirig_data::formats::{MapFacts, Quantity};
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
 use epirig_matcher::evaluate::SplitHalfError;
 use epirig_matcher::lines::Lines;
 use epirig_matcher::{Answer, DisparityMaps, MatchError, MatchOptions, Matcher};
 use epirig_surface::{Heights, SurfaceError, heights};
 
-pub use classes::answer_classes;
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
 pub use geometry::geometry;
 pub use halves::{half_frames, half_heights};
@@ -199,8 +198,8 @@ pub fn measure(
         let (candidates, costs) = matcher.row_costs(y, &maps);
         let row = FigureRow { y, epi: &epi, candidates, costs: &costs, truth };
         paper_figures(&maps, row)?.into_par_iter().try_for_each(|figure| {
-            folder.write(&format!("figures/{}.csv", figure.name), figure.csv);
-            Ok(folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?)
+            folder.write(&format!("{}.csv", figure.name), figure.csv);
+            Ok(folder.write_picture(&format!("{}.png", figure.name), &figure.picture)?)
         })
     };
     let median_sigma_px = summary.median_sigma_px;
@@ -213,12 +212,6 @@ pub fn measure(
     Ok(Measurement { maps, heights, summary })
 }
 
-/// The picture of the heights, which is drawn as a relief.
-const HEIGHT: &str = "height.png";
-
-/// How the colours of a picture are spread over the values of its map.
-type Spread = fn(&Grid<f32>) -> ValueRange;
-
 /// Writes maps and their pictures. Packing takes longer than writing, so files are packed side by side.
 fn write_maps(
     folder: &ResultsFolder,
@@ -226,58 +219,50 @@ fn write_maps(
     (median_sigma_px, photograph): (Option<f64>, &Grid<f32>),
     heights: Option<&Heights>,
 ) -> Result<(), PipelineError> {
+    /// How a map is drawn.
+    type Picture = fn(&Grid<f32>) -> MapPicture<'_>;
     let pixel_mm = heights.map(Heights::pixel_mm);
     let millimetres = heights.map(Millimetres::of);
     let DisparityMaps { disparity, sigma, cost, confidence, .. } = maps;
-    let facts = |quantity: Quantity, title: &str| MapFacts {
-        quantity,
-        pixel_mm,
-        title: title.to_owned(),
-        taken: None,
-    };
     let mut files = vec![
-        ("disparity.tiff", disparity, facts(Quantity::ImagePx, "Disparity in px")),
-        ("sigma.tiff", sigma, facts(Quantity::ImagePx, "Standard uncertainty of the disparity in px")),
-        ("cost.tiff", cost, facts(Quantity::Number, "Cost")),
-        ("confidence.tiff", confidence, facts(Quantity::Number, "Confidence")),
+        (ResultMap::Disparity, disparity),
+        (ResultMap::Sigma, sigma),
+        (ResultMap::Cost, cost),
+        (ResultMap::Confidence, confidence),
     ];
-    let all: Spread = |disparity| ValueRange::of(disparity, 0.05);
-    let most: Spread = |disparity| ValueRange::of_most(disparity, 0.05);
-    let mut pictures = vec![
-        ("disparity.png", disparity, "Disparity", "px", all),
-        ("disparity-detail.png", disparity, "Disparity, most of it", "px", most),
-    ];
+    let all: Picture = |disparity| MapPicture::of(ResultMap::Disparity, disparity);
+    let most: Picture = |disparity| {
+        let range = ValueRange::of_most(disparity, ResultMap::Disparity.row().least_span);
+        MapPicture::new(disparity, "Disparity, most of it", "px", range)
+    };
+    let mut pictures = vec![(names::DISPARITY, disparity, all), (names::DISPARITY_DETAIL, disparity, most)];
     if let Some(Heights { height_mm, sigma_mm, .. }) = heights {
-        let sigma_title = "Standard uncertainty of the height in mm";
-        files.extend([
-            ("height_mm.tiff", height_mm, facts(Quantity::LengthMm, "Height in mm")),
-            ("height_sigma_mm.tiff", sigma_mm, facts(Quantity::LengthMm, sigma_title)),
-        ]);
-        pictures.push((HEIGHT, height_mm, "Height", "mm", |height| ValueRange::of(height, 0.01)));
+        files.extend([(ResultMap::Height, height_mm), (ResultMap::HeightSigma, sigma_mm)]);
+        pictures.push((names::HEIGHT, height_mm, |height| MapPicture::of(ResultMap::Height, height)));
     }
-    let draw = |&(name, map, title, unit, spread): &(&str, &Grid<f32>, &str, &str, Spread)| {
-        let picture =
-            MapPicture::new(map, title, unit, spread(map)).in_mm(millimetres).beside(Some(photograph));
-        let picture = if name == HEIGHT { picture.as_relief() } else { picture };
+    let draw = |&(name, map, picture): &(&str, &Grid<f32>, Picture)| {
+        let picture = picture(map).in_mm(millimetres).beside(Some(photograph));
         Ok(folder.write_picture(name, &picture.picture()?)?)
     };
     let draw_sigma = || -> Result<(), PipelineError> {
         // Sigma at borders is many times that of the surface, so the range is that of the surface.
         let range = ValueRange { low: 0.0, high: 3.0 * median_sigma_px.unwrap_or(1.0) as f32 };
-        let picture = MapPicture::new(sigma, "Sigma of the disparity", "px", range).in_mm(millimetres);
-        Ok(folder.write_picture("sigma.png", &picture.picture()?)?)
+        let picture = MapPicture::over(ResultMap::Sigma, sigma, range).in_mm(millimetres);
+        Ok(folder.write_picture(names::SIGMA, &picture.picture()?)?)
     };
     let draw_all = || {
         let (sigma, others) = rayon::join(draw_sigma, || pictures.par_iter().try_for_each(draw));
         others.and(sigma)
     };
-    let write_all = || files.par_iter().try_for_each(|(name, map, facts)| folder.write_map(name, map, facts));
-    let (drawn, written) = rayon::join(draw_all, write_all);
+    let write = |&(map, values): &(ResultMap, &Grid<f32>)| {
+        folder.write_map(map.row().file, values, &map.row().facts(pixel_mm, None))
+    };
+    let (drawn, written) = rayon::join(draw_all, || files.par_iter().try_for_each(write));
     drawn?;
     written?;
-    let mask = maps.answer.map(mask_value);
+    let mask = maps.answer.map(|answer| class_of(answer).value);
     let whole = Window::whole(mask.rows(), mask.columns());
-    let answers = class_picture(&mask, "Answers of the matcher", &answer_classes(), (&whole, millimetres))?;
-    folder.write_picture("answers.png", &answers)?;
-    Ok(folder.write_mask("mask.png", &maps.answer)?)
+    let answers = class_picture(ResultMap::Mask, &mask, (&whole, millimetres))?;
+    folder.write_picture(names::ANSWERS, &answers)?;
+    Ok(folder.write_grey(ResultMap::Mask.row().file, &mask)?)
 }

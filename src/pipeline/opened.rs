@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{PipelineError, geometry};
 use crate::calibrate::{Calibration, InputHashes, read_calibration};
 use crate::profile::Profile;
-use crate::results::{MatchSummary, ResultFiles, ResultsMismatch};
+use crate::results::{MatchSummary, ResultFiles, ResultMap, ResultsError, ResultsKind, ResultsMismatch};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::Sequence;
@@ -47,6 +47,41 @@ impl OpenedResults {
         }
         (!outlines.is_empty()).then_some(target)
     }
+
+    /// A map of these results, or of their `surface`; `None` if they do not have it. One of another size than the
+    /// disparity is not theirs.
+    ///
+    /// # Errors
+    /// [`ResultsError`] of a file that cannot be read, or is another one than when it was written.
+    pub fn map(
+        &self,
+        map: ResultMap,
+        surface: Option<&ResultFiles>,
+    ) -> Result<Option<Grid<f32>>, ResultsError> {
+        let heights = self.heights.as_ref();
+        let found = match map {
+            ResultMap::Disparity => Some(self.disparity.clone()),
+            ResultMap::Sigma => Some(self.sigma.clone()),
+            ResultMap::Height => heights.map(|heights| heights.height_mm.clone()),
+            ResultMap::HeightSigma => heights.map(|heights| heights.sigma_mm.clone()),
+            map => match map.row().kind {
+                ResultsKind::Match => self.files.map(map)?,
+                ResultsKind::Surface => surface.map(|surface| surface.map(map)).transpose()?.flatten(),
+                ResultsKind::Compare => None,
+            },
+        };
+        let size = |map: &Grid<f32>| (map.rows(), map.columns());
+        let Some(mut found) = found else { return Ok(None) };
+        if size(&found) != size(&self.disparity) {
+            tracing::warn!(%map, "it has another size than the disparity, and is not shown");
+            return Ok(None);
+        }
+        if let (ResultMap::HeightUsed, Some(heights)) = (map, heights) {
+            let pairs = found.values_mut().iter_mut().zip(heights.height_mm.values());
+            pairs.filter(|(used, _)| used.is_finite()).for_each(|(used, height)| *used = *height);
+        }
+        Ok(Some(found))
+    }
 }
 
 /// Reads the results of `sequence` in `folder`. Whatever uses results asks here whether they belong to the sequence
@@ -72,8 +107,8 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
     if matched.frames_blake3 != InputHashes::of(sequence).frames {
         return Err(ResultsMismatch::OtherFrames { sequence: sequence_folder }.into());
     }
-    let map = |name: &str| files.needed_map(name);
-    let (disparity, sigma) = rayon::join(|| map("disparity.tiff"), || map("sigma.tiff"));
+    let map = |map| files.needed_map(map);
+    let (disparity, sigma) = rayon::join(|| map(ResultMap::Disparity), || map(ResultMap::Sigma));
     let (disparity, sigma) = (disparity?, sigma?);
     let (rows, columns) = (disparity.rows(), disparity.columns());
     let record = sequence.record();

@@ -4,13 +4,13 @@ use super::inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, chart, w
 use super::{OpenedResults, PipelineError, matched_frame};
 use crate::calibrate::{calibration_pictures, read_calibration_picture};
 use crate::report::html::{CalibrationPart, Maps, Report, Scan};
-use crate::results::{ResultsFolder, SurfaceSummary};
+use crate::results::{ResultMap, ResultsFolder, SurfaceSummary, names};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, now};
 use epirig_surface::{HalfHeights, Heights};
 
 /// The maps that heights are computed from.
-const SOURCES: [&str; 2] = ["disparity.tiff", "sigma.tiff"];
+const SOURCES: [ResultMap; 2] = [ResultMap::Disparity, ResultMap::Sigma];
 
 /// Results of a sequence that have heights.
 #[derive(Debug, Clone, Copy)]
@@ -40,7 +40,7 @@ pub fn inspect_surface(
     let (opened, sequence) = (measured.opened, measured.sequence);
     let photograph = matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok();
     let photograph = photograph.as_ref();
-    folder.write("report.html", surface_report(measured, &answers, photograph)?);
+    folder.write(names::REPORT, surface_report(measured, &answers, photograph)?);
     let taken = &sequence.record().created;
     write_answers(folder, measured.heights, &answers, (taken, photograph))?;
     Ok(answers.summary)
@@ -53,7 +53,8 @@ fn surface_report(
     matched_frame: Option<&Grid<f32>>,
 ) -> Result<String, PipelineError> {
     let MeasuredSurface { sequence, opened, heights, .. } = measured;
-    let hashed = SOURCES.into_iter().filter_map(|name| Some((name, opened.files.hash_of(name)?.to_owned())));
+    let hashed = SOURCES.map(|map| map.row().file).into_iter();
+    let hashed = hashed.filter_map(|name| Some((name, opened.files.hash_of(name)?.to_owned())));
     // The report does without a frame or a picture that is no longer there.
     let frame = sequence.frames().get(opened.matched.reference);
     let photograph = frame.and_then(|record| sequence.read(record).ok());

@@ -5,6 +5,7 @@ use image::RgbImage;
 use super::ReportError;
 use super::chart::{Chart, Series};
 use super::cost_image::CostImage;
+use crate::results::names;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 use epirig_matcher::candidates::Candidates;
@@ -96,7 +97,7 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
         });
         csv.push('\n');
     }
-    Ok(Figure { name: "3b-cost-image-with-mapping", picture: image.picture()?, csv })
+    Ok(Figure { name: names::COST_IMAGE, picture: image.picture()?, csv })
 }
 
 fn neighbour_profiles(
@@ -129,7 +130,7 @@ fn neighbour_profiles(
         series: series.to_vec(),
         ..Chart::default()
     };
-    Ok(Figure { name: "5a-intensity-profiles", picture: chart.picture()?, csv: chart.csv() })
+    Ok(Figure { name: names::INTENSITY_PROFILES, picture: chart.picture()?, csv: chart.csv() })
 }
 
 fn aligned_profiles(
@@ -161,7 +162,7 @@ fn aligned_profiles(
         series,
         ..Chart::default()
     };
-    Ok(Some(Figure { name: "5b-aligned-profiles", picture: chart.picture()?, csv: chart.csv() }))
+    Ok(Some(Figure { name: names::ALIGNED_PROFILES, picture: chart.picture()?, csv: chart.csv() }))
 }
 
 fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
@@ -179,5 +180,5 @@ fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figur
         series,
         ..Chart::default()
     };
-    Ok(Figure { name: "6-disparity-along-row", picture: chart.picture()?, csv: chart.csv() })
+    Ok(Figure { name: names::DISPARITY_ALONG_ROW, picture: chart.picture()?, csv: chart.csv() })
 }

@@ -17,8 +17,7 @@ pub use calibration::calibration_figures;
 pub use chart::{Chart, Marks, Series};
 pub use figures::{Figure, FigureRow, paper_figures};
 pub use map_picture::{
-    Class, MapPicture, Millimetres, USED_CLASSES, ValueRange, Window, class_picture, height_colour,
-    side_by_side,
+    MapPicture, Millimetres, ValueRange, Window, class_picture, height_colour, side_by_side,
 };
 
 /// A picture cannot be drawn.

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::kind::ResultsKind;
+use super::maps::{Look, MapRow, ResultMap};
 use super::read::{LARGEST_MAP, decoded, grey, parsed, record_bytes, summary_in};
 use super::{MatchSummary, ResultsError, hash};
 use epirig_core::grid::Grid;
@@ -133,30 +134,26 @@ impl ResultFiles {
         }
     }
 
-    /// A map; `None` if it is not there.
+    /// A map of this kind of results, of classes as their grey values; `None` if it is not there.
     ///
     /// # Errors
-    /// As [`bytes`](Self::bytes), and [`ResultsError::Format`].
-    pub fn map(&self, name: &str) -> Result<Option<Grid<f32>>, ResultsError> {
-        let bytes = self.bytes(name)?;
-        bytes.map(|bytes| decoded(&self.folder.join(name), &bytes)).transpose()
+    /// As [`bytes`](Self::bytes); [`ResultsError::Format`] or [`ResultsError::Picture`] if it is no map.
+    pub fn map(&self, map: ResultMap) -> Result<Option<Grid<f32>>, ResultsError> {
+        let MapRow { file, look, .. } = map.row();
+        let Some(bytes) = self.bytes(file)? else { return Ok(None) };
+        let path = self.folder.join(file);
+        Ok(Some(match look {
+            Look::Classes(_) => grey(&path, &bytes)?.map(f32::from),
+            _ => decoded(&path, &bytes)?,
+        }))
     }
 
     /// A map that the results are nothing without.
     ///
     /// # Errors
     /// As [`map`](Self::map), and [`ResultsError::Missing`].
-    pub fn needed_map(&self, name: &str) -> Result<Grid<f32>, ResultsError> {
-        self.map(name)?.ok_or_else(|| self.missing(name))
-    }
-
-    /// A grey picture, such as `mask.png`; `None` if it is not there.
-    ///
-    /// # Errors
-    /// As [`bytes`](Self::bytes), and [`ResultsError::Picture`].
-    pub fn grey(&self, name: &str) -> Result<Option<Grid<u8>>, ResultsError> {
-        let bytes = self.bytes(name)?;
-        bytes.map(|bytes| grey(&self.folder.join(name), &bytes)).transpose()
+    pub fn needed_map(&self, map: ResultMap) -> Result<Grid<f32>, ResultsError> {
+        self.map(map)?.ok_or_else(|| self.missing(map.row().file))
     }
 
     /// The files that are there, the record first, each with its size in bytes.

@@ -1,10 +1,13 @@
 //! The folder of results, written as a whole or not at all.
 
+mod classes;
 mod conclusion;
 mod error;
 mod files;
 mod kind;
+mod maps;
 mod mismatch;
+pub(crate) mod names;
 mod place;
 mod read;
 mod region;
@@ -14,18 +17,20 @@ mod writer;
 
 use serde::{Deserialize, Serialize};
 
+pub use classes::{ANSWER_CLASSES, Class, USED_CLASSES, class_of, reason};
 pub use conclusion::{Conclusion, read_conclusion, scale_in_words};
 pub use error::ResultsError;
 pub use files::{CompareFacts, ResultFiles};
 pub use kind::ResultsKind;
+pub use maps::{Look, MapRow, ResultMap};
 pub use mismatch::ResultsMismatch;
 pub use read::{read_map, read_named_map, read_summary, results_beside};
 pub use region::{Mask, MaskError, MaskFacts, Region, parse_mask, read_mask};
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
-pub use write::{ResultsFolder, encoded_picture, mask_value};
+pub use write::{ResultsFolder, encoded_picture};
 
 use epirig_matcher::{
-    DisparityRange, LightChange, LockingAmplitudes, LockingHarmonic, MatchOptions, OrderingConstraint,
+    Answer, DisparityRange, LightChange, LockingAmplitudes, LockingHarmonic, MatchOptions, OrderingConstraint,
     OrderingUsed, PixelLocking, ReferenceFrame,
 };
 use epirig_surface::Rectangle;
@@ -171,6 +176,19 @@ impl MatchSummary {
                 OrderingUsed::Off => OrderingConstraint::Off,
             },
             ..self.settings.clone()
+        }
+    }
+
+    /// Share of the pixels with this answer, 0 to 1.
+    pub fn share(&self, answer: Answer) -> f64 {
+        match answer {
+            Answer::Found => self.answered,
+            Answer::LeavesImage => self.leaves_image,
+            Answer::BeyondRange => self.beyond_range,
+            Answer::NoTexture => self.no_texture,
+            Answer::Occluded => self.occluded,
+            Answer::Ambiguous => self.ambiguous,
+            Answer::Outside => self.outside,
         }
     }
 }

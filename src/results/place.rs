@@ -33,16 +33,20 @@ pub(super) fn check_target(target: &Path, kind: ResultsKind, overwrite: bool) ->
     let mut occupied = false;
     for (name, is_folder) in entries(target)? {
         occupied = true;
-        match kind.folders().iter().find(|(folder, _)| *folder == name) {
-            Some((_, files)) if is_folder => {
-                for (inside, is_folder) in entries(&target.join(&name))? {
-                    if is_folder || !files.contains(&&*inside) {
-                        return Err(foreign(format!("{name}/{inside}")));
-                    }
-                }
+        if !is_folder {
+            if !kind.has(&name) {
+                return Err(foreign(name));
             }
-            None if !is_folder && kind.files().contains(&&*name) => {}
-            _ => return Err(foreign(name)),
+            continue;
+        }
+        if !kind.folders().contains(&&*name) {
+            return Err(foreign(name));
+        }
+        for (inside, is_folder) in entries(&target.join(&name))? {
+            let inside = format!("{name}/{inside}");
+            if is_folder || !kind.has(&inside) {
+                return Err(foreign(inside));
+            }
         }
     }
     match occupied {

@@ -14,21 +14,6 @@ use super::{ResultsError, ResultsKind, hash};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat};
 use epirig_data::storage::{Disk, RealDisk, Scratch, put_in_place, recover};
-use epirig_matcher::Answer;
-
-/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 too uncertain,
-/// 120 occluded, 160 ambiguous, 200 outside mask or region.
-pub fn mask_value(answer: Answer) -> u8 {
-    match answer {
-        Answer::Found => 255,
-        Answer::LeavesImage => 0,
-        Answer::BeyondRange => 40,
-        Answer::NoTexture => 80,
-        Answer::Occluded => 120,
-        Answer::Ambiguous => 160,
-        Answer::Outside => 200,
-    }
-}
 
 /// A colour picture as PNG, for the file `path`.
 ///
@@ -167,14 +152,6 @@ impl ResultsFolder {
     /// [`ResultsError`] if it cannot be encoded.
     pub fn write_picture(&self, name: &str, picture: &RgbImage) -> Result<(), ResultsError> {
         self.write_image(name, |bytes| picture.write_to(bytes, image::ImageFormat::Png))
-    }
-
-    /// Writes the mask as a grey PNG, with the values of [`mask_value`].
-    ///
-    /// # Errors
-    /// [`ResultsError`] if it cannot be encoded.
-    pub fn write_mask(&self, name: &str, answers: &Grid<Answer>) -> Result<(), ResultsError> {
-        self.write_grey(name, &answers.map(mask_value))
     }
 
     /// Writes grey values as PNG.

@@ -5,24 +5,28 @@ use super::light_change::LightChange;
 use super::locking::PixelLocking;
 use epirig_core::grid::Grid;
 
-/// Whether a pixel has an answer, and if not, why.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Answer {
-    /// The pixel has a disparity.
-    Found,
-    /// Its line is in view in too few frames.
-    LeavesImage,
-    /// The best candidate is the first or the last of the range: the right one may lie beyond it.
-    BeyondRange,
-    /// The sigma of the disparity exceeds the limit, or noise alone explains the gradients: there is too little
-    /// texture, or no line fits the texture that there is.
-    NoTexture,
-    /// Another candidate, far from the best, fits about as well, or no neighbour agrees.
-    Ambiguous,
-    /// Too many frames show something else: the point is occluded in them, or its pixel shows two surfaces.
-    Occluded,
-    /// The pixel lies outside the mask, and was not asked for.
-    Outside,
+epirig_core::choices! {
+    /// Whether a pixel has an answer, and if not, why.
+    pub enum Answer {
+        /// One line fits: the pixel has a disparity.
+        Found = "found",
+        /// Its line leaves the image in too many frames.
+        LeavesImage = "leaves-image",
+        /// The best line is at an end of the range that was searched.
+        ///
+        /// The right one may lie beyond it.
+        BeyondRange = "beyond-range",
+        /// Too uncertain: little texture, or no line fits.
+        ///
+        /// The sigma of the disparity exceeds the limit, or noise alone explains the gradients.
+        NoTexture = "no-texture",
+        /// It is occluded in too many frames, or shows two surfaces.
+        Occluded = "occluded",
+        /// Several lines fit about as well, or no neighbour agrees.
+        Ambiguous = "ambiguous",
+        /// It is outside the region or the mask of the match.
+        Outside = "outside",
+    }
 }
 
 epirig_core::choices! {

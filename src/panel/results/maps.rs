@@ -9,29 +9,17 @@ use super::pyramid::{Place, Pyramid, Reduction, levels};
 use super::statistics::Statistics;
 use crate::panel::PanelError;
 use crate::pipeline::OpenedResults;
-use crate::results::{ResultFiles, mask_value};
+use crate::results::{Class, Look, MapRow, ResultFiles, ResultMap};
+use epirig_core::choice::Choice as _;
 use epirig_core::grid::Grid;
-use epirig_matcher::Answer;
-
-/// Answers in the order of their codes in the map `mask`.
-pub(super) const ANSWERS: [Answer; 7] = [
-    Answer::Found,
-    Answer::LeavesImage,
-    Answer::BeyondRange,
-    Answer::NoTexture,
-    Answer::Occluded,
-    Answer::Ambiguous,
-    Answer::Outside,
-];
+use epirig_data::formats::Quantity;
 
 /// A map that can be looked at.
 #[derive(Debug)]
 pub(super) struct Shown {
     pub(super) id: &'static str,
-    pub(super) title: &'static str,
-    pub(super) unit: &'static str,
-    colours: &'static str,
-    scale: &'static str,
+    pub(super) row: MapRow,
+    classes: Vec<ClassFacts>,
     pyramid: Pyramid,
     statistics: OnceLock<Statistics>,
 }
@@ -51,68 +39,59 @@ pub(super) struct MapFacts<'a> {
     levels: usize,
     colours: &'static str,
     scale: &'static str,
+    /// What the values 0, 1, ... stand for; empty for quantities.
+    classes: &'a [ClassFacts],
     #[serde(flatten)]
     statistics: &'a Statistics,
+}
+
+/// A class of pixels as the page is told of it.
+#[derive(Debug, Serialize)]
+struct ClassFacts {
+    name: &'static str,
+    /// Its share of all pixels.
+    share: f64,
 }
 
 impl Maps {
     /// The maps of `opened`, and those of their surface.
     pub(super) fn of(opened: &OpenedResults, surface: Option<&ResultFiles>) -> Result<Self, PanelError> {
-        let OpenedResults { files, disparity, sigma, heights, .. } = opened;
-        let size = (disparity.rows(), disparity.columns());
-        let mut maps = Self::default();
+        let mut maps: Vec<ResultMap> = ResultMap::ALL.to_vec();
+        // It has no value that the measured heights do not have.
+        maps.retain(|map| *map != ResultMap::HeightUsed);
+        // Heights without the form come first, then the other heights.
+        maps.sort_by_key(|map| {
+            (*map != ResultMap::HeightWithoutForm, map.row().quantity != Quantity::LengthMm)
+        });
         // Unpacking takes longest; maps of 20 million pixels are unpacked side by side.
-        let (form_removed, (confidence, cost)) = rayon::join(
-            || surface.map(|surface| surface.map("height_mm.tiff")).transpose(),
-            || rayon::join(|| files.map("confidence.tiff"), || files.map("cost.tiff")),
-        );
-        if let Some(heights) = heights {
-            match form_removed?.flatten() {
-                Some(form_removed) => {
-                    maps.add("height", "Height after the form", "mm", form_removed, size);
-                    maps.add("height-measured", "Height as measured", "mm", heights.height_mm.clone(), size);
-                }
-                None => maps.add("height", "Height", "mm", heights.height_mm.clone(), size),
-            }
-            maps.add("height-sigma", "Sigma of the height", "mm", heights.sigma_mm.clone(), size);
-        }
-        maps.add("disparity", "Disparity", "px", disparity.clone(), size);
-        maps.add("sigma", "Sigma of the disparity", "px", sigma.clone(), size);
-        let others = [("confidence", "Confidence", confidence?), ("cost", "Cost of the answer", cost?)];
-        for (id, title, found) in others {
-            found.into_iter().for_each(|found| maps.add(id, title, "", found, size));
-        }
-        if let Some(mask) = files.grey("mask.png")? {
-            maps.add("mask", "Whether there is an answer", "", mask.map(code), size);
-        }
-        if let Some(used) = surface.map(|surface| surface.grey("used.png")).transpose()?.flatten() {
-            let codes = used.map(|value| f32::from(value / 80));
-            maps.add("used", "Heights that the step height is made of", "", codes, size);
+        let found = maps.par_iter().map(|&map| Ok((map, opened.map(map, surface)?)));
+        let found: Vec<_> = found.collect::<Result<_, PanelError>>()?;
+        let found: Vec<_> = found.into_iter().filter_map(|(map, values)| Some((map, values?))).collect();
+        let has_form_removed = found.iter().any(|(map, _)| *map == ResultMap::HeightWithoutForm);
+        let mut maps = Self::default();
+        for (map, values) in found {
+            // The heights that count are "height", whether or not a form was removed from them.
+            let id = match map {
+                ResultMap::HeightWithoutForm => ResultMap::Height.row().id,
+                ResultMap::Height if has_form_removed => "height-measured",
+                _ => map.row().id,
+            };
+            maps.add(id, map.row(), values);
         }
         Ok(maps)
     }
 
-    /// Adds a map, unless it is of another size: then it belongs to other results.
-    fn add(
-        &mut self,
-        id: &'static str,
-        title: &'static str,
-        unit: &'static str,
-        map: Grid<f32>,
-        size: (usize, usize),
-    ) {
-        if (map.rows(), map.columns()) != size {
-            tracing::warn!(map = id, "it has another size than the disparity, and is not shown");
-            return;
-        }
-        let (colours, scale, reduction) = match id {
-            "mask" | "used" => ("mask", "linear", Reduction::Nearest),
-            "sigma" | "height-sigma" => ("magma", "log", Reduction::Mean),
-            "cost" => ("magma", "log", Reduction::Mean),
-            _ => ("viridis", "linear", Reduction::Mean),
+    fn add(&mut self, id: &'static str, row: MapRow, map: Grid<f32>) {
+        let share = |class: &Class| {
+            let pixels = map.values().iter().filter(|&&value| value == f32::from(class.value));
+            ClassFacts { name: class.name, share: pixels.count() as f64 / map.values().len().max(1) as f64 }
         };
-        let pyramid = Pyramid::new(map, reduction);
-        self.0.push(Shown { id, title, unit, colours, scale, pyramid, statistics: OnceLock::new() });
+        let classes: Vec<_> = row.classes().iter().map(share).collect();
+        let pyramid = match row.classes() {
+            [] => Pyramid::new(map, Reduction::Mean),
+            known => Pyramid::new(map.map(|value| place_in(known, value)), Reduction::Nearest),
+        };
+        self.0.push(Shown { id, row, classes, pyramid, statistics: OnceLock::new() });
     }
 
     /// All of them, for the menu.
@@ -120,14 +99,19 @@ impl Maps {
         self.0.par_iter().map(Shown::facts).collect()
     }
 
-    /// The map itself.
-    pub(super) fn map(&self, id: &str) -> Option<&Grid<f32>> {
-        self.0.iter().find(|map| map.id == id).map(|map| map.pyramid.map())
+    /// What is known of the map.
+    pub(super) fn shown(&self, id: &str) -> Option<&Shown> {
+        self.0.iter().find(|map| map.id == id)
     }
 
-    /// All maps that have numbers, not codes.
+    /// The map itself.
+    pub(super) fn map(&self, id: &str) -> Option<&Grid<f32>> {
+        self.shown(id).map(|map| map.pyramid.map())
+    }
+
+    /// All maps that have numbers, not classes.
     pub(super) fn numbers(&self) -> impl Iterator<Item = &Shown> {
-        self.0.iter().filter(|map| map.colours != "mask")
+        self.0.iter().filter(|map| map.row.classes().is_empty())
     }
 
     /// The values of a tile.
@@ -135,8 +119,7 @@ impl Maps {
     /// # Errors
     /// [`PanelError::NotThere`] if there is no such map or tile.
     pub(super) fn tile(&self, id: &str, place: Place) -> Result<Vec<f32>, PanelError> {
-        let map = self.0.iter().find(|map| map.id == id);
-        let map = map.ok_or_else(|| PanelError::NotThere(format!("there is no map \"{id}\"")))?;
+        let map = self.shown(id).ok_or_else(|| PanelError::NotThere(format!("there is no map \"{id}\"")))?;
         map.pyramid.tile(place)
     }
 }
@@ -144,15 +127,22 @@ impl Maps {
 impl Shown {
     fn facts(&self) -> MapFacts<'_> {
         let map = self.pyramid.map();
+        let (colours, scale) = match self.row.look {
+            Look::Plain | Look::Relief => ("viridis", "linear"),
+            Look::Decades => ("magma", "log"),
+            Look::Difference => ("vik", "linear"),
+            Look::Classes(_) => ("mask", "linear"),
+        };
         MapFacts {
             id: self.id,
-            title: self.title,
-            unit: self.unit,
+            title: self.row.title,
+            unit: self.row.unit(),
             rows: map.rows(),
             columns: map.columns(),
             levels: levels(map.rows(), map.columns()),
-            colours: self.colours,
-            scale: self.scale,
+            colours,
+            scale,
+            classes: &self.classes,
             statistics: self.statistics.get_or_init(|| Statistics::of(map)),
         }
     }
@@ -163,8 +153,8 @@ impl Shown {
     }
 }
 
-/// The code of a grey value of `mask.png`; NaN for one that it never has.
-fn code(value: u8) -> f32 {
-    let found = ANSWERS.iter().position(|answer| mask_value(*answer) == value);
-    found.map_or(f32::NAN, |code| code as f32)
+/// The place of a grey value among the classes; NaN for one that none has.
+fn place_in(classes: &[Class], value: f32) -> f32 {
+    let found = classes.iter().position(|class| f32::from(class.value) == value);
+    found.map_or(f32::NAN, |place| place as f32)
 }

@@ -2,9 +2,12 @@
 
 use serde::Serialize;
 
-use super::maps::ANSWERS;
 use super::view::ResultsView;
 use crate::panel::PanelError;
+use crate::pipeline::OpenedResults;
+use crate::results::{ResultMap, reason};
+use epirig_core::choice::Choice as _;
+use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 use epirig_matcher::lines::Lines;
 use epirig_matcher::{Answer, DisparityRange, Matcher, line_profile};
@@ -22,7 +25,7 @@ struct Explained {
     x_mm: Option<f64>,
     y_mm: Option<f64>,
     answer: &'static str,
-    reason: &'static str,
+    reason: String,
     values: Vec<Value>,
     better_than: Option<f64>,
     epi: Window,
@@ -114,10 +117,10 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, R
         y,
         x_mm: place.map(|place| place.0),
         y_mm: place.map(|place| place.1),
-        answer: name(answer),
+        answer: answer.name(),
         reason: reason(answer),
         values: values(view, x, y),
-        better_than: line.as_ref().map(|line| share_with_larger_sigma(view, line.sigma_px)),
+        better_than: line.as_ref().map(|line| share_with_larger_sigma(&opened.sigma, line.sigma_px)),
         epi: Window {
             first_column: first,
             low: known().fold(f32::INFINITY, f32::min),
@@ -125,7 +128,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, R
         },
         tau: lines.offsets().to_vec(),
         reference,
-        neighbours: neighbours(view, x, y),
+        neighbours: neighbours(opened, x, y),
         intensity: line.as_ref().map(|line| intensity(&volume, &lines, x, y - top, line.disparity_px)),
         cost: Some(cost(view, volume, (x, y - top), line.as_ref())?),
         line,
@@ -135,20 +138,15 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, R
 
 /// What the matcher answered at a pixel.
 pub(super) fn answer_at(view: &ResultsView, x: usize, y: usize) -> Answer {
-    let code = view.maps.map("mask").map_or(f32::NAN, |mask| mask.at(x, y));
-    let answer = ANSWERS.get(code as usize).copied().filter(|_| code.is_finite());
-    let is_known = || view.maps.map("disparity").is_some_and(|map| map.at(x, y).is_finite());
+    let class = view.maps.shown(ResultMap::Mask.row().id).and_then(|mask| mask.value(x, y));
+    let answer = class.and_then(|class| Answer::ALL.get(class as usize).copied());
+    let is_known = || view.results.as_ref().is_some_and(|opened| opened.disparity.at(x, y).is_finite());
     answer.unwrap_or_else(|| if is_known() { Answer::Found } else { Answer::Ambiguous })
 }
 
 /// Standard uncertainty of the value of a map at a pixel, if there is a map of it.
 pub(super) fn sigma_at(view: &ResultsView, id: &str, x: usize, y: usize) -> Option<f64> {
-    let sigma = match id {
-        "height" | "height-measured" => view.maps.map("height-sigma"),
-        "disparity" => view.maps.map("sigma"),
-        _ => None,
-    };
-    sigma.map(|sigma| f64::from(sigma.at(x, y))).filter(|sigma| sigma.is_finite())
+    view.maps.shown(view.maps.shown(id)?.row.sigma?.row().id)?.value(x, y)
 }
 
 /// Columns that the line crosses, with a margin; those beside the pixel without a line.
@@ -179,13 +177,12 @@ fn values(view: &ResultsView, x: usize, y: usize) -> Vec<Value> {
     let shown = shown.map(|map| {
         let value = map.value(x, y);
         let sigma = sigma_at(view, map.id, x, y).filter(|_| value.is_some());
-        Value { id: map.id, title: map.title, unit: map.unit, value, sigma }
+        Value { id: map.id, title: map.row.title, unit: map.row.unit(), value, sigma }
     });
     shown.collect()
 }
 
-fn share_with_larger_sigma(view: &ResultsView, sigma_px: f64) -> f64 {
-    let Some(map) = view.maps.map("sigma") else { return 0.0 };
+fn share_with_larger_sigma(map: &Grid<f32>, sigma_px: f64) -> f64 {
     let known = map.values().iter().filter(|sigma| sigma.is_finite());
     let (larger, all) = known.fold((0_usize, 0_usize), |(larger, all), sigma| {
         (larger + usize::from(f64::from(*sigma) > sigma_px), all + 1)
@@ -195,10 +192,7 @@ fn share_with_larger_sigma(view: &ResultsView, sigma_px: f64) -> f64 {
 
 /// The eight neighbours that have answers. One agrees if the difference is within what both sigmas explain,
 /// and a slope of one pixel in disparity per pixel.
-fn neighbours(view: &ResultsView, x: usize, y: usize) -> Vec<Neighbour> {
-    let (Some(disparity), Some(sigma)) = (view.maps.map("disparity"), view.maps.map("sigma")) else {
-        return Vec::new();
-    };
+fn neighbours(OpenedResults { disparity, sigma, .. }: &OpenedResults, x: usize, y: usize) -> Vec<Neighbour> {
     let own = (disparity.at(x, y), sigma.at(x, y));
     let near = |place: usize, count: usize| place.saturating_sub(1)..(place + 2).min(count);
     let places = near(y, disparity.rows())
@@ -246,28 +240,4 @@ fn cost(
         scale,
         chosen_px: line.map(|line| line.disparity_px),
     })
-}
-
-fn name(answer: Answer) -> &'static str {
-    match answer {
-        Answer::Found => "found",
-        Answer::LeavesImage => "leaves-image",
-        Answer::BeyondRange => "beyond-range",
-        Answer::NoTexture => "no-texture",
-        Answer::Occluded => "occluded",
-        Answer::Ambiguous => "ambiguous",
-        Answer::Outside => "outside",
-    }
-}
-
-pub(super) fn reason(answer: Answer) -> &'static str {
-    match answer {
-        Answer::Found => "one line fits",
-        Answer::LeavesImage => "its line leaves the image in too many frames",
-        Answer::BeyondRange => "the best line is at an end of the range that was searched",
-        Answer::NoTexture => "too uncertain",
-        Answer::Occluded => "it is occluded in too many frames, or shows two surfaces",
-        Answer::Ambiguous => "several lines fit about as well",
-        Answer::Outside => "it is outside the region or the mask of the match",
-    }
 }

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::pixel::{answer_at, reason, sigma_at};
+use super::pixel::{answer_at, sigma_at};
 use super::view::ResultsView;
 use crate::panel::PanelError;
+use crate::results::reason;
 use epirig_server::{Query, Refusal};
 
 #[derive(Serialize)]
@@ -14,7 +15,7 @@ pub(super) struct PixelValue {
     /// Its standard uncertainty, if there is a map of it.
     sigma: Option<f64>,
     /// Why a map has no value here.
-    reason: Option<&'static str>,
+    reason: Option<String>,
 }
 
 /// The value at `x` and `y` of the map `map`, or of the frame `frame` of the kind `kind`: of that pixel, at full

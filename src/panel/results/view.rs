@@ -12,7 +12,7 @@ use crate::calibrate::CALIBRATION;
 use crate::memory::available;
 use crate::panel::PanelError;
 use crate::pipeline::{OpenedResults, PipelineError, half_frames, half_heights, halves_need, open_results};
-use crate::results::ResultFiles;
+use crate::results::{ResultFiles, ResultsKind};
 use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
@@ -57,7 +57,7 @@ impl ResultsView {
         let sequence = Sequence::open(folder)?;
         sequence.check_records()?;
         let usual = folder.join(RESULTS);
-        let there = is_there(&usual.join("match.json")).unwrap_or(false);
+        let there = is_there(&usual.join(ResultsKind::Match.summary())).unwrap_or(false);
         let wanted = results.map(Path::to_owned).or(there.then_some(usual.clone()));
         let opened = wanted.as_deref().map(|folder| open_results(&sequence, folder)).transpose();
         let (opened, unfit) = match opened {
@@ -99,7 +99,9 @@ impl ResultsView {
         let results = results.unwrap_or(&usual);
         let mut hash = blake3::Hasher::new();
         hash.update(folder.as_os_str().as_encoded_bytes());
-        for path in [results.join("match.json"), results.join(SURFACE), folder.join(CALIBRATION)] {
+        for path in
+            [results.join(ResultsKind::Match.summary()), results.join(SURFACE), folder.join(CALIBRATION)]
+        {
             let bytes = read_file(&path, LARGEST).unwrap_or_default();
             hash.update(blake3::hash(&bytes).as_bytes());
         }

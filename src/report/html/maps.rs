@@ -4,14 +4,14 @@ use super::contents::Report;
 use super::markup::{cells, table};
 use super::picture::Picture;
 use crate::number::share;
-use crate::report::{MapPicture, Millimetres, ReportError, USED_CLASSES, ValueRange, Window, class_picture};
+use crate::report::{MapPicture, Millimetres, ReportError, ValueRange, Window, class_picture};
+use crate::results::{ResultMap, class_of, reason};
+use epirig_core::choice::Choice as _;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 use maud::{Markup, html};
+use epirig_matcher::Answer;
 
-/// Least span of the colours of heights, in mm, and of disparities, in px: as in the pictures of the results.
-const HEIGHT_SPAN_MM: f32 = 0.01;
-const DISPARITY_SPAN_PX: f32 = 0.05;
 /// Colours of uncertainties reach to this many times the median: at borders they are many times that of the
 /// surface.
 const SIGMA_SPAN: f32 = 3.0;
@@ -20,12 +20,10 @@ const SIGMA_SPAN: f32 = 3.0;
 pub(super) fn height(report: &Report<'_>) -> Result<Markup, ReportError> {
     let maps = &report.maps;
     let Window { columns, rows } = Window::around(maps.rest_mm);
-    let title = "Height after removal of the form";
-    let range = ValueRange::of(maps.rest_mm, HEIGHT_SPAN_MM);
-    let heights = MapPicture::new(maps.rest_mm, title, "mm", range).in_mm(Some(millimetres(report)));
-    let heights = heights.as_relief().beside(maps.matched_frame);
+    let heights = MapPicture::of(ResultMap::HeightWithoutForm, maps.rest_mm);
+    let heights = heights.in_mm(Some(millimetres(report))).beside(maps.matched_frame);
     let beside = if heights.has_photograph() { "Left: the reference frame. Right: height" } else { "Height" };
-    let (height, factor) = Picture::map(heights, title)?;
+    let (height, factor) = Picture::map(heights, ResultMap::HeightWithoutForm.row().title)?;
     Ok(height.figure(
         "Map of the height after removal of the form, in colours from dark (low) to bright (high)",
         format!(
@@ -57,9 +55,9 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
     let maps = &report.maps;
     let window = Window::around(maps.rest_mm);
     let millimetres = Some(self::millimetres(report));
-    let map = |map, title, unit, range| MapPicture::new(map, title, unit, range).in_mm(millimetres);
-    let title = "Standard uncertainty of the height";
-    let sigmas = map(maps.sigma_mm, title, "mm", range_of_sigmas(&window.of(maps.sigma_mm)));
+    let range = range_of_sigmas(&window.of(maps.sigma_mm));
+    let sigmas = MapPicture::over(ResultMap::HeightSigma, maps.sigma_mm, range).in_mm(millimetres);
+    let title = ResultMap::HeightSigma.row().title;
     let (uncertainty, factor) = Picture::map(sigmas.within(window.clone()), title)?;
     let uncertainty = uncertainty.figure(
         "Map of the standard uncertainty of the height; bright pixels are known worst",
@@ -69,17 +67,15 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
             reduced(factor)
         ),
     );
-    let range = ValueRange::of(maps.disparity_px, DISPARITY_SPAN_PX);
     let whole = Window::whole(maps.disparity_px.rows(), maps.disparity_px.columns());
-    let disparity = map(maps.disparity_px, "Disparity", "px", range).within(whole);
-    let (disparity, factor) = Picture::map(disparity, "Disparity")?;
+    let disparity = MapPicture::of(ResultMap::Disparity, maps.disparity_px).in_mm(millimetres).within(whole);
+    let (disparity, factor) = Picture::map(disparity, ResultMap::Disparity.row().title)?;
     let disparity = disparity.figure(
         "Map of the disparity of the whole picture, as matched",
         format!("Disparity over the whole baseline in the whole picture, as matched.{}", reduced(factor)),
     );
-    let title = "Use of the pixels";
-    let used = class_picture(maps.used, title, &USED_CLASSES, (&window, millimetres))?;
-    let used = Picture::rgb(&used, title)?.figure(
+    let used = class_picture(ResultMap::Used, maps.used, (&window, millimetres))?;
+    let used = Picture::rgb(&used, ResultMap::Used.row().title)?.figure(
         "Picture of the pixels that were used, in a colour for each use, with a legend",
         "Which heights were used. Walls: too near to a wall for the levels. Left out: uncertain, apart or at the rim.",
     );
@@ -103,18 +99,13 @@ fn range_of_sigmas(map: &Grid<f32>) -> ValueRange {
 
 /// Why pixels have no answer.
 fn answers(report: &Report<'_>) -> Markup {
-    let matched = report.matched;
-    let rows = [
-        ("answered", matched.answered),
-        ("the point leaves the image", matched.leaves_image),
-        ("best candidate at an end of the range", matched.beyond_range),
-        ("too uncertain: little texture, or no line fits", matched.no_texture),
-        ("occluded in too many frames", matched.occluded),
-        ("ambiguous", matched.ambiguous),
-    ];
     table(
         "Pixels with and without an answer",
-        &["answer", "share of all pixels"],
-        html! { @for (name, part) in rows { (cells(name, [&share(part)])) } },
+        &["answer", "share of all pixels", "why"],
+        html! {
+            @for answer in Answer::ALL {
+                (cells(class_of(*answer).name, [&share(report.matched.share(*answer)), &reason(*answer)]))
+            }
+        },
     )
 }

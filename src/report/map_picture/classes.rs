@@ -5,31 +5,13 @@ use image::RgbImage;
 use super::layout::{Key, Layout, Panel};
 use super::window::{Millimetres, Window, Zoom};
 use super::{MOST_PX, ReportError, enlarged, register_font};
+use crate::results::{MapRow, ResultMap};
 use epirig_core::grid::Grid;
-
-/// A class of pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Class {
-    /// The value of its pixels.
-    pub value: u8,
-    /// Its colour: red, green, blue.
-    pub colour: [u8; 3],
-    /// What it means.
-    pub name: &'static str,
-}
-
-/// Uses of the pixels of a surface, as in `used.png`.
-pub const USED_CLASSES: [Class; 4] = [
-    Class { value: 255, colour: [0, 158, 115], name: "used" },
-    Class { value: 160, colour: [230, 159, 0], name: "walls and outliers" },
-    Class { value: 80, colour: [86, 180, 233], name: "left out" },
-    Class { value: 0, colour: [60, 60, 60], name: "no height" },
-];
 
 /// Colour of a value that no class has.
 const NO_CLASS: [u8; 3] = [255, 255, 255];
 
-/// The values of a map in the colours of their classes, within `window`, with axes in mm if it is known where pixels
+/// The grey values of a map of classes in the colours of these, within `window`, with axes in mm if it is known where pixels
 /// lie, else in px. The legend has the share of each class among the pixels of `window`.
 ///
 /// # Errors
@@ -38,12 +20,13 @@ const NO_CLASS: [u8; 3] = [255, 255, 255];
 /// # Panics
 /// If the window reaches outside the map.
 pub fn class_picture(
+    map: ResultMap,
     values: &Grid<u8>,
-    title: &str,
-    classes: &[Class],
     (window, millimetres): (&Window, Option<Millimetres>),
 ) -> Result<RgbImage, ReportError> {
     register_font();
+    let MapRow { title, .. } = map.row();
+    let classes = map.row().classes();
     let part = window.of(values);
     let zoom = Zoom::of(part.rows(), part.columns(), MOST_PX);
     // Classes have no mean: of the pixels that become one, the first is taken.
@@ -79,20 +62,19 @@ pub fn class_picture(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::USED_CLASSES;
 
     #[test]
     fn each_class_has_its_colour_and_the_legend_its_share() {
         let values =
-            Grid::from_values(40, 80, (0..3200).map(|index| u8::from(index % 80 < 20)).collect()).unwrap();
-        let classes = [
-            Class { value: 1, colour: [200, 0, 0], name: "left" },
-            Class { value: 0, colour: [0, 0, 200], name: "right" },
-        ];
-        let picture = class_picture(&values, "t", &classes, (&Window::whole(40, 80), None)).unwrap();
+            Grid::from_values(40, 80, (0..3200).map(|index| if index % 80 < 20 { 255 } else { 0 }).collect())
+                .unwrap();
+        let [used, .., none] = USED_CLASSES;
+        let picture = class_picture(ResultMap::Used, &values, (&Window::whole(40, 80), None)).unwrap();
         let count = |colour: [u8; 3]| picture.pixels().filter(|pixel| pixel.0 == colour).count();
         // 80 px become 800: squares of 10 x 10, and the samples of the legend.
         let samples = 15 * 15;
-        assert!((80_000..80_000 + samples).contains(&count([200, 0, 0])), "{}", count([200, 0, 0]));
-        assert!((240_000..240_000 + samples).contains(&count([0, 0, 200])), "{}", count([0, 0, 200]));
+        assert!((80_000..80_000 + samples).contains(&count(used.colour)), "{}", count(used.colour));
+        assert!((240_000..240_000 + samples).contains(&count(none.colour)), "{}", count(none.colour));
     }
 }

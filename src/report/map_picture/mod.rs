@@ -12,7 +12,8 @@ use image::{Rgb, RgbImage};
 use rayon::prelude::*;
 
 use super::{ReportError, register_font};
-pub use classes::{Class, USED_CLASSES, class_picture};
+use crate::results::{Look, ResultMap};
+pub use classes::class_picture;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::quantile;
 use layout::{Bar, Key, Layout, Panel};
@@ -59,6 +60,24 @@ impl<'a> MapPicture<'a> {
             shade: viridis,
             photograph: None,
             most_px: MOST_PX,
+        }
+    }
+
+    /// `values` of `map` in colours over the usual range, as such a map is shown.
+    pub fn of(map: ResultMap, values: &'a Grid<f32>) -> Self {
+        let row = map.row();
+        let range = ValueRange::of(values, row.least_span);
+        Self::over(map, values, if row.look == Look::Difference { range.around_zero() } else { range })
+    }
+
+    /// The same over `range`.
+    pub fn over(map: ResultMap, values: &'a Grid<f32>, range: ValueRange) -> Self {
+        let row = map.row();
+        let picture = Self::new(values, row.title, row.unit(), range);
+        match row.look {
+            Look::Relief => picture.as_relief(),
+            Look::Difference => picture.diverging(),
+            _ => picture,
         }
     }
 
@@ -144,7 +163,10 @@ impl<'a> MapPicture<'a> {
         let bar = known.then_some(scale);
         let size = panels.first().map_or((1, 1), |panel| panel.pixels.dimensions());
         let layout = Layout {
-            title: format!("{} ({})", self.title, self.unit),
+            title: match self.unit {
+                "" => self.title.clone(),
+                unit => format!("{} ({unit})", self.title),
+            },
             panels: &panels,
             edges: zoom.edges(&self.window, size, self.millimetres),
             unit: if self.millimetres.is_some() { "mm" } else { "px" },
