@@ -37,14 +37,6 @@ export interface MatchInfo {
   /** Share of the pixels that belong to the object, and of these the answered ones, from 0 to 1. */
   object: number;
   object_answered: number;
-  /** Shares of all pixels, from 0 to 1. */
-  answered: number;
-  leaves_image: number;
-  beyond_range: number;
-  no_texture: number;
-  ambiguous: number;
-  occluded: number;
-  outside: number;
   median_disparity_px: number | null;
   median_sigma_px: number | null;
   minimum_px: number;
@@ -59,6 +51,12 @@ export interface Histogram {
   low: number;
   high: number;
   counts: number[];
+}
+
+/** A class of pixels, and its share of all pixels from 0 to 1. */
+export interface MapClass {
+  name: string;
+  share: number;
 }
 
 export interface MapInfo {
@@ -79,6 +77,8 @@ export interface MapInfo {
   histogram: Histogram;
   colours: Colours;
   scale: 'linear' | 'log';
+  /** What the values 0, 1, ... stand for; empty for quantities. */
+  classes: MapClass[];
 }
 
 export type FrameKind = 'raw' | 'rectified';

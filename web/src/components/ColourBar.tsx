@@ -126,7 +126,7 @@ function RangeMenu({ shown }: { shown: Field }) {
 export function ColourBar() {
   const shown = field.value;
   if (!shown) return null;
-  if (shown.codes) return <CodeLegend mapId={shown.id} codes={shown.codes} />;
+  if (shown.codes) return <CodeLegend codes={shown.codes} />;
   const range = shownRange.value;
   const marks = clipMarks.value === 'on';
   const span = spanOf(shown, range.low, range.high);

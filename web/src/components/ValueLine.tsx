@@ -17,7 +17,7 @@ const alike = (text: string): Texts => ({ text, spoken: text });
 /** The value of what is shown at a pixel, with its unit, and as many digits as it has. */
 function valued(shown: Field, value: number, sigma: number | null): Texts {
   const code = shown.codes?.find((one) => one.code === value);
-  if (code) return alike(code.words);
+  if (code) return alike(code.name);
   const { label, factor } = unitOf(shown.unit);
   const after = label ? ` ${label}` : '';
   if (sigma === null) return alike(`${plainly(value * factor)}${after}`);

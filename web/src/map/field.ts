@@ -50,7 +50,7 @@ function ofMap(map: MapInfo): Field {
     minimum: least,
     maximum: maximum > least ? maximum : least + 1e-6,
     histogram: map.histogram,
-    codes: codesOf(map.id),
+    codes: codesOf(map.classes),
     source: mapSource(map.id, map.levels),
     asked: `map=${encodeURIComponent(map.id)}`,
     autoName: 'auto',

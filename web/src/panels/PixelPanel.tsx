@@ -1,14 +1,10 @@
 import type { PixelInfo, PixelValue } from '../api';
-import { codesOf } from '../colours/codes';
 import { measured, percent, significant, spoken, withMinus } from '../format/number';
 import { pixel } from '../store/questions';
 import { results, unitOf } from '../store/results';
 import { CostPanel } from './CostPanel';
 import { EpiPanel } from './EpiPanel';
 import { IntensityPanel } from './IntensityPanel';
-
-/** Sigma maps and codes are said with the value they belong to, or in words. */
-const LEFT_OUT = new Set(['height-sigma', 'sigma', 'mask', 'used']);
 
 function Value({ of, reason }: { of: PixelValue; reason: string }) {
   const { label, factor } = unitOf(of.unit);
@@ -29,11 +25,10 @@ function Value({ of, reason }: { of: PixelValue; reason: string }) {
 }
 
 function Values({ head }: { head: PixelInfo }) {
-  const values = head.values.filter(({ id }) => !LEFT_OUT.has(id) && !codesOf(id));
   return (
     <table class="values">
       <tbody>
-        {values.map((value) => (
+        {head.values.map((value) => (
           <tr key={value.id} class={value.id === 'height' ? 'key' : ''}>
             <th scope="row">{value.title}</th>
             <td>

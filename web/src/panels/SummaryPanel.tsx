@@ -7,6 +7,7 @@ export function SummaryPanel() {
   const held = results.value;
   if (!held) return null;
   const { sequence, results: matched, geometry } = held;
+  const answers = held.maps.find(({ id }) => id === 'mask')?.classes ?? [];
   const rows: [string, string][] = [
     ['sequence', sequence.name],
     ['created', moment(sequence.created)],
@@ -31,14 +32,8 @@ export function SummaryPanel() {
         'disparities searched',
         `${significant(matched.minimum_px, 4)} to ${significant(matched.maximum_px, 4)} px`,
       ],
-      ['found', percent(matched.answered)],
-      ['leaves the image', percent(matched.leaves_image)],
-      ['beyond the range', percent(matched.beyond_range)],
-      ['too uncertain', percent(matched.no_texture)],
-      ['occluded', percent(matched.occluded)],
-      ['ambiguous', percent(matched.ambiguous)],
+      ...answers.map(({ name, share }): [string, string] => [name, percent(share)]),
     );
-    if (matched.outside > 0) rows.push(['outside mask or region', percent(matched.outside)]);
     // Results of an earlier version do not tell it.
     if (matched.object > 0) {
       rows.push([

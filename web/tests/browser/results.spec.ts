@@ -231,9 +231,13 @@ test('pin and pointer tell the value of what is shown, of that pixel, with its n
   };
   const texts: [map: string, name: string, text: (x: number, y: number) => string][] = [
     ['height', 'Height', (x, y) => measured(heightAt(x, y), sigmaMmAt(x, y), 'mm')],
-    ['height-sigma', 'Sigma of the height', (x, y) => `${plainly(Math.fround(sigmaMmAt(x, y)))} mm`],
+    [
+      'height-sigma',
+      'Standard uncertainty of the height',
+      (x, y) => `${plainly(Math.fround(sigmaMmAt(x, y)))} mm`,
+    ],
     ['disparity', 'Disparity', (x, y) => measured(disparityAt(x, y), sigmaPxAt(x, y), 'px')],
-    ['mask', 'Mask', () => 'found'],
+    ['mask', 'Answers of the matcher', () => 'answered'],
   ];
   for (const [map, name, text] of texts) {
     await page.getByRole('combobox', { name: 'Map' }).selectOption(map);

@@ -3,6 +3,7 @@
 import * as truth from './truth';
 import type {
   LineInfo,
+  MapClass,
   MapInfo,
   OneValue,
   PixelInfo,
@@ -13,7 +14,6 @@ import type {
 } from '../../src/api';
 
 const { COLUMNS, ROWS, FRAMES, REFERENCE, TAU, PIXEL_MM } = truth;
-const REASONS = ['found', 'leaves the image', 'beyond the range', 'too uncertain', 'occluded', 'ambiguous'];
 const ANSWERS = ['found', 'leaves-image', 'beyond-range', 'no-texture', 'occluded', 'ambiguous'] as const;
 const LEVELS = 3;
 
@@ -48,6 +48,10 @@ function infoFrom(map: truth.MapTruth): MapInfo {
     const bin = Math.min(Math.floor(((value - minimum) / (maximum - minimum)) * 256), 255);
     counts[bin] = (counts[bin] ?? 0) + 1;
   }
+  const classOf = (name: string, code: number): MapClass => ({
+    name,
+    share: valid.filter((one) => one === code).length / (ROWS * COLUMNS),
+  });
   return {
     id: map.id,
     title: map.title,
@@ -65,6 +69,7 @@ function infoFrom(map: truth.MapTruth): MapInfo {
     histogram: { low: minimum, high: maximum, counts },
     colours: map.colours as MapInfo['colours'],
     scale: map.scale as MapInfo['scale'],
+    classes: map.id === 'mask' ? truth.ANSWERS.map(classOf) : [],
   };
 }
 
@@ -173,15 +178,8 @@ export function results(): Results {
       calibrated: true,
       reference: REFERENCE,
       quick: false,
-      answered: 0.94,
       object: 0.9,
       object_answered: 0.95,
-      leaves_image: 0.0375,
-      beyond_range: 0,
-      no_texture: 0.016,
-      ambiguous: 0.002,
-      occluded: 0.0023,
-      outside: 0,
       median_disparity_px: 20,
       median_sigma_px: 0.006,
       minimum_px: 16,
@@ -243,7 +241,7 @@ export function pixel(x: number, y: number): [PixelInfo, Float32Array] {
       x_mm: x * PIXEL_MM,
       y_mm: y * PIXEL_MM,
       answer: ANSWERS[code]!,
-      reason: REASONS[code]!,
+      reason: truth.ANSWERS[code]!,
       values: [
         value('height', 'height', 'mm', truth.heightAt(x, y), truth.sigmaMmAt(x, y)),
         value('disparity', 'disparity', 'px', disparity, truth.sigmaPxAt(x, y)),
@@ -280,7 +278,7 @@ export function value(query: URLSearchParams): OneValue | null {
     height: truth.sigmaMmAt,
     disparity: truth.sigmaPxAt,
   };
-  if (!Number.isFinite(at)) return { value: null, sigma: null, reason: REASONS[truth.codeAt(x, y)]! };
+  if (!Number.isFinite(at)) return { value: null, sigma: null, reason: truth.ANSWERS[truth.codeAt(x, y)]! };
   return { value: Math.fround(at), sigma: sigmas[map.id]?.(x, y) ?? null, reason: null };
 }
 

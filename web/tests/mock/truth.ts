@@ -13,6 +13,16 @@ export const DEPTH_MM = 0.2;
 /** Position of frame t relative to the reference, in parts of the baseline. */
 export const TAU = Array.from({ length: FRAMES }, (_, t) => (t - REFERENCE) / (FRAMES - 1));
 
+/** What the codes of the map `mask` stand for. */
+export const ANSWERS = [
+  'answered',
+  'leaves the image',
+  'beyond the range',
+  'too uncertain',
+  'occluded',
+  'ambiguous',
+];
+
 /** Codes as in the map `mask`. */
 export function codeAt(x: number, y: number): number {
   if (x >= 616) return 1;
@@ -96,7 +106,7 @@ export const MAPS: MapTruth[] = [
   },
   {
     id: 'height-sigma',
-    title: 'Sigma of the height',
+    title: 'Standard uncertainty of the height',
     unit: 'mm',
     colours: 'magma',
     scale: 'log',
@@ -114,12 +124,20 @@ export const MAPS: MapTruth[] = [
   },
   {
     id: 'sigma',
-    title: 'Sigma of the disparity',
+    title: 'Standard uncertainty of the disparity',
     unit: 'px',
     colours: 'magma',
     scale: 'log',
     nearest: false,
     at: found(sigmaPxAt),
   },
-  { id: 'mask', title: 'Mask', unit: '', colours: 'mask', scale: 'linear', nearest: true, at: codeAt },
+  {
+    id: 'mask',
+    title: 'Answers of the matcher',
+    unit: '',
+    colours: 'mask',
+    scale: 'linear',
+    nearest: true,
+    at: codeAt,
+  },
 ];
