@@ -3,8 +3,8 @@
 use super::{OpenedResults, PipelineError};
 use crate::report::{Chart, MapPicture, Marks, Millimetres, Series, Window, class_picture};
 use crate::results::{
-    Conclusion, FieldSummary, LevelsSummary, Region, ResultMap, ResultsFolder, ResultsKind,
-    SurfaceSummary, USED_CLASSES, names,
+    Conclusion, FieldSummary, LevelsSummary, Region, ResultMap, ResultsFolder, ResultsKind, SurfaceSummary,
+    USED_CLASSES, names,
 };
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;

@@ -30,8 +30,8 @@ pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture};
 
 use epirig_matcher::{
-    Answer, DisparityRange, LightChange, LockingAmplitudes, LockingHarmonic, MatchOptions, OrderingConstraint,
-    OrderingUsed, PixelLocking, ReferenceFrame,
+    Answer, DisparityRange, LightChange, LockingAmplitudes, LockingHarmonic, MatchOptions,
+    OrderingConstraint, OrderingUsed, PixelLocking, ReferenceFrame,
 };
 use epirig_surface::Rectangle;
 

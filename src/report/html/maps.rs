@@ -9,8 +9,8 @@ use crate::results::{ResultMap, class_of, reason};
 use epirig_core::choice::Choice as _;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
-use maud::{Markup, html};
 use epirig_matcher::Answer;
+use maud::{Markup, html};
 
 /// Colours of uncertainties reach to this many times the median: at borders they are many times that of the
 /// surface.
