@@ -185,6 +185,7 @@ mod tests {
             stage_settings: BTreeMap::new(),
             camera: "camera".to_owned(),
             configuration: None,
+            limits: None,
             rig: None,
             simulator: None,
         }

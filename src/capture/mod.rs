@@ -27,8 +27,8 @@ mod watch;
 use std::path::Path;
 
 use epirig_data::sequence::{
-    ClosureRecord, FORMAT_VERSION, Origin, Sequence, SequenceError, SequenceRecord, SequenceWriter, new_uid,
-    now, refuse_existing,
+    ClosureRecord, FORMAT_VERSION, LimitsRecord, Origin, Sequence, SequenceError, SequenceRecord,
+    SequenceWriter, new_uid, now, refuse_existing,
 };
 use epirig_data::storage::Disk;
 use epirig_devices::camera::{CameraError, Configuration};
@@ -36,7 +36,7 @@ use epirig_devices::camera::{CameraError, Configuration};
 pub use error::CaptureError;
 pub use estimate::Estimate;
 pub use pause::PauseSwitch;
-pub use plan::{CaptureLimits, CapturePlan};
+pub use plan::CapturePlan;
 pub use resume::resume;
 pub use rig::{Arrangement, Assistant, Rig, Unattended};
 pub use settings::ChangedSetting;
@@ -106,6 +106,10 @@ fn start_record(scan: &mut Scan<'_, '_>) -> SequenceRecord {
             stage_settings: scan.settings.clone(),
             camera: scan.camera().identity().to_string(),
             configuration: Some(camera_record(&configuration, plan.averaged)),
+            limits: Some(LimitsRecord {
+                position_mm: plan.limits.position_mm,
+                shift_px: plan.limits.shift_px,
+            }),
             rig: plan.rig.clone(),
             simulator: plan.simulator.clone(),
         },

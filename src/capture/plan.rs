@@ -3,36 +3,9 @@
 use std::time::Duration;
 
 use super::CaptureError;
+use crate::profile::LimitsProfile;
 use epirig_data::sequence::{FrameKind, NominalLens};
 use epirig_devices::camera::{CameraSettings, Configuration};
-
-/// Limits of a scan.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CaptureLimits {
-    /// Number of retakes of a frame.
-    pub retakes: usize,
-    /// Share of a frame's samples that may be saturated, 0 to 1.
-    pub saturated: f64,
-    /// Largest distance of the reported from the commanded position, in mm.
-    pub position_mm: f64,
-    /// Largest shift of the picture after homing, in px.
-    pub shift_px: f64,
-    /// Longest wait for a disconnected camera or stage.
-    pub wait: Duration,
-}
-
-impl Default for CaptureLimits {
-    fn default() -> Self {
-        Self {
-            retakes: 3,
-            saturated: 0.01,
-            // A motor step of usual stages, and a fraction of the smallest usual scan step.
-            position_mm: 0.02,
-            shift_px: 0.1,
-            wait: Duration::from_secs(300),
-        }
-    }
-}
 
 /// What to capture, and what is known of the rig.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +25,7 @@ pub struct CapturePlan {
     /// Number of frames of the hand-held chess-board before the scan, each in a different pose.
     pub board: usize,
     /// Limits of the scan.
-    pub limits: CaptureLimits,
+    pub limits: LimitsProfile,
     /// The lens, if known.
     pub lens: Option<NominalLens>,
     /// The rig's profile as recorded, for resuming.
@@ -72,7 +45,7 @@ impl CapturePlan {
             dark: 0,
             flat: 0,
             board: 0,
-            limits: CaptureLimits::default(),
+            limits: LimitsProfile::default(),
             lens: None,
             rig: None,
             simulator: None,

@@ -1,5 +1,6 @@
 //! `epirig demo`.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -13,7 +14,7 @@ use super::scan::Devices;
 use super::surface::measure_surface;
 use super::{CliError, Talk};
 use crate::pipeline::{Frames, Measurement, match_need};
-use crate::profile::{Override, Profile, SIM};
+use crate::profile::{Draft, Override, Profile, SIM};
 use crate::report::{Chart, MapPicture, Series, ValueRange, Window, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary, names};
 use epirig_core::grid::Grid;
@@ -196,12 +197,13 @@ impl Demo {
             value,
             from: "demo".to_owned(),
         });
-        let mut profile = Profile::read(SIM, "the simulated rig", &overrides.collect::<Vec<_>>())?;
-        if matches!(self.scene, SceneName::CubeEdge) {
-            // The relief is that of the tile.
-            profile.target.relief_mm = None;
-        }
-        Ok(profile)
+        let profile = Profile::read(SIM, "the simulated rig", &overrides.collect::<Vec<_>>())?;
+        // The relief is that of the tile.
+        let without = BTreeMap::from([("target.relief".to_owned(), String::new())]);
+        Ok(match self.scene {
+            SceneName::CubeEdge => Draft::of(&profile).changed(&without).profile()?,
+            _ => profile,
+        })
     }
 }
 

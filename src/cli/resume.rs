@@ -6,6 +6,7 @@ use clap::{ArgMatches, Args, Command, FromArgMatches};
 
 use super::match_arguments::MatchArguments;
 use super::need::{check_match, frames_of};
+use super::rig::Options;
 use super::run::{Existing, measure_captured};
 use super::scan::{Course, Devices, check_room, scan};
 use super::verify::refuse_another_rig;
@@ -71,15 +72,19 @@ impl Args for Measuring {
 
 impl Resume {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let mut profile = self.recorded()?;
+        let profile = self.recorded()?;
         if profile.stage.is_simulated() && self.port.is_some() {
             return Err(CliError::usage("the stage of this scan is simulated; omit --port".to_owned()));
         }
-        profile.stage.port = self.port.clone().or(profile.stage.port);
-        profile.camera.device = self.camera.clone().or(profile.camera.device);
+        let mut changes = Options::default();
+        changes.add("stage.port", "--port", self.port.as_ref());
+        changes.add("camera.device", "--camera", self.camera.as_ref());
         for text in &self.set {
-            change(&mut profile, &Override::parse(text, "--set")?)?;
+            let change = Override::parse(text, "--set")?;
+            refuse_another_scan(&change)?;
+            changes.push(change);
         }
+        let profile = changes.over(profile)?;
         let mut devices = Devices::of(&profile, None, talk)?;
         let options = self.matching.0.options();
         let sequence = Sequence::open(&self.sequence)?;
@@ -129,26 +134,15 @@ impl Resume {
     }
 }
 
-/// Applies a change that is allowed during a scan.
-fn change(profile: &mut Profile, change: &Override) -> Result<(), CliError> {
-    let given = Profile::of(std::slice::from_ref(change))?;
-    let (limits, new) = (&mut profile.limits, given.limits);
-    let unit_or_not = |key: &str| change.key == key || change.key.starts_with(&format!("{key}_"));
-    match () {
-        () if unit_or_not("limits.retakes") => limits.retakes = new.retakes,
-        () if unit_or_not("limits.saturated") => limits.saturated = new.saturated,
-        () if unit_or_not("limits.position") => limits.position_mm = new.position_mm,
-        () if unit_or_not("limits.wait") => limits.wait = new.wait,
-        () if unit_or_not("limits.shift") => limits.shift_px = new.shift_px,
-        () if unit_or_not("plan.dark") => profile.plan.dark = given.plan.dark,
-        () if unit_or_not("plan.flat") => profile.plan.flat = given.plan.flat,
-        () if unit_or_not("plan.board") => profile.plan.board = given.plan.board,
-        () => {
-            return Err(CliError::usage(format!(
-                "{} cannot change in the middle of a scan; limits, plan.dark, plan.flat and plan.board can",
-                change.key
-            )));
-        }
+/// Refuses a change that is not allowed during a scan.
+fn refuse_another_scan(change: &Override) -> Result<(), CliError> {
+    let key = &change.key;
+    if key.starts_with("limits.") || matches!(key.as_str(), "plan.dark" | "plan.flat" | "plan.board") {
+        return Ok(());
     }
-    Ok(())
+    // A key that does not exist is reported as such.
+    Profile::of(std::slice::from_ref(change))?;
+    Err(CliError::usage(format!(
+        "{key} cannot change in the middle of a scan; limits, plan.dark, plan.flat and plan.board can"
+    )))
 }

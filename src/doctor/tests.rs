@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::*;
-use crate::capture::{CaptureLimits, CapturePlan};
+use crate::capture::CapturePlan;
+use crate::profile::LimitsProfile;
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{FocalLength, NominalLens};
 use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault, SimView};
@@ -27,7 +28,7 @@ const PX_PER_MM: f64 = 320.0 / 500.0;
 fn scan() -> CapturePlan {
     let positions_mm = (0..41).map(|index| 10.0 + 1.47 * f64::from(index)).collect();
     let lens = NominalLens { focal_length: FocalLength::ImageWidths(2.0), principal_point_px: None };
-    let limits = CaptureLimits { saturated: 0.001, ..CaptureLimits::default() };
+    let limits = LimitsProfile { saturated: 0.001, ..LimitsProfile::default() };
     CapturePlan {
         settle: Duration::from_millis(50),
         lens: Some(lens),

@@ -1,7 +1,8 @@
 //! A profile that lists every key with its explanation, as a template.
 
-use super::schema::{CONTROLS, Key, SECTIONS, camera, stage};
+use super::schema::{CONTROLS, SECTIONS, stage};
 use super::value::line;
+use epirig_core::settings::Key;
 use epirig_core::settings::quantity::Quantity;
 
 /// Columns of a comment.
@@ -125,9 +126,9 @@ impl Lines {
             facts.push_str(&format!("; only with driver {}", drivers.join(", ")));
         }
         self.comment(&format!("{facts}."));
-        let found = if std::ptr::eq(key, &stage::PORT) {
+        let found = if key.is("stage.port") {
             self.ports(findings.ports.as_deref())
-        } else if std::ptr::eq(key, &camera::DEVICE) {
+        } else if key.is("camera.device") {
             self.cameras(findings.cameras.as_deref())
         } else {
             None

@@ -8,11 +8,11 @@ use super::commented::{Findings, template};
 use super::error::Place;
 use super::given::Given;
 use super::overrides::Override;
-use super::read::{is_of_no_simulator, read, settled};
+use super::read::{is_of_no_simulator, read, sections, settled};
 use super::schema::{SECTIONS, stage};
 use super::settings::{Settings, control_path};
 use super::{Profile, ProfileError, value};
-use epirig_core::settings::Kind;
+use epirig_core::settings::{Key, Kind};
 
 /// A profile as a person writes it: values with their units, as text.
 ///
@@ -72,10 +72,12 @@ impl Draft {
     /// # Errors
     /// [`ProfileError`] with all mistakes.
     pub fn read(text: &str, source: &str, overrides: &[Override]) -> Result<Self, ProfileError> {
-        Profile::read(text, source, overrides)?;
-        let mut settings = Settings::of_file(text, source);
-        overrides.iter().for_each(|value| settings.replace(value));
-        Ok(Self(settings).at_rest())
+        Ok(Self::of(&Profile::read(text, source, overrides)?))
+    }
+
+    /// The draft of a profile.
+    pub fn of(profile: &Profile) -> Self {
+        Self(profile.settings.clone()).at_rest()
     }
 
     /// This draft with other values: of keys, and of controls as `camera.controls.NAME`. An empty value removes
@@ -85,7 +87,7 @@ impl Draft {
         let mut settings = self.0.clone();
         for (path, value) in changes {
             if value.trim().is_empty() {
-                settings.settings.retain(|setting| setting.key.path() != *path);
+                settings.forget(path);
                 settings.controls.retain(|control| control_path(&control.name) != *path);
             } else {
                 let (key, value) = (path.clone(), value.clone());
@@ -113,13 +115,12 @@ impl Draft {
     /// [`ProfileError`] with all mistakes; each has the place [`Place::Draft`] with its key, or
     /// [`Place::Override`] with the path that is no key.
     pub fn profile(&self) -> Result<Profile, ProfileError> {
-        let (profile, mistakes) = read(self.0.clone());
-        if mistakes.is_empty() { Ok(profile) } else { Err(ProfileError { mistakes }) }
+        read(self.0.clone())
     }
 
     /// All sections with all keys.
     pub fn sections(&self) -> Vec<DraftSection> {
-        let (profile, _) = read(self.0.clone());
+        let read = sections(self.0.clone());
         let section = |section: &super::schema::Section| DraftSection {
             name: section.name,
             meaning: section.meaning,
@@ -139,8 +140,7 @@ impl Draft {
                         _ => None,
                     },
                     value: self.value(key),
-                    applies: stage::belongs_to(key, profile.stage.driver)
-                        && !is_of_no_simulator(key, &profile.stage, &profile.camera),
+                    applies: stage::belongs_to(key, read.stage.driver) && !is_of_no_simulator(key, &read),
                 })
                 .collect(),
         };
@@ -167,8 +167,8 @@ impl Draft {
     }
 
     /// The value of a key as it is written, with its unit.
-    fn value(&self, key: &super::schema::Key) -> Option<String> {
-        let setting = self.0.settings.iter().find(|setting| setting.key.path() == key.path())?;
+    fn value(&self, key: &Key) -> Option<String> {
+        let setting = self.0.setting(&key.path())?;
         let text = match &setting.given {
             Given::Text(text) => text.clone(),
             given => given.to_string(),

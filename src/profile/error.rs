@@ -45,6 +45,8 @@ pub enum Place {
         /// The source of the override: `--set`, or the name of an environment variable.
         from: String,
     },
+    /// In the record of a sequence.
+    Record,
     /// In a [`Draft`](super::Draft).
     Draft {
         /// The key, with its section.
@@ -57,7 +59,7 @@ impl Place {
     /// environment, and the environment before the file.
     pub(super) fn rank(&self) -> u8 {
         match self {
-            Self::Line { .. } | Self::Draft { .. } => 0,
+            Self::Line { .. } | Self::Record | Self::Draft { .. } => 0,
             Self::Override { from } if from.starts_with("EPIRIG_") => 1,
             Self::Override { .. } => 2,
         }
@@ -69,6 +71,7 @@ impl fmt::Display for Place {
         match self {
             Self::Line { source, line } => write!(to, "{source}, line {line}"),
             Self::Override { from } => write!(to, "{from}"),
+            Self::Record => write!(to, "sequence.json"),
             Self::Draft { key } => write!(to, "{key}"),
         }
     }

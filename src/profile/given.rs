@@ -2,11 +2,11 @@
 
 use std::fmt;
 
+use serde_json::Value as Json;
 use toml::de::DeValue;
 
-use super::schema::{Key, Kind};
-use epirig_core::settings::Setting;
 use epirig_core::settings::quantity::Measure;
+use epirig_core::settings::{Key, Kind, Setting};
 
 /// A value as given.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,8 +23,6 @@ pub(super) enum Given {
     Other(&'static str),
     /// The text of an override, of any type.
     Plain(String),
-    /// An interpreted value from a record.
-    Known(Value),
 }
 
 impl fmt::Display for Given {
@@ -35,7 +33,6 @@ impl fmt::Display for Given {
             Self::Real(text) | Self::Plain(text) => write!(to, "{text}"),
             Self::Flag(flag) => write!(to, "{flag}"),
             Self::Other(kind) => write!(to, "({kind})"),
-            Self::Known(value) => write!(to, "{value}"),
         }
     }
 }
@@ -54,6 +51,19 @@ impl Given {
             DeValue::Table(_) => Self::Other("a table"),
         }
     }
+
+    pub(super) fn of_record(value: &Json) -> Self {
+        match value {
+            Json::String(text) => Self::Text(text.clone()),
+            Json::Number(number) => {
+                number.as_i64().map_or_else(|| Self::Real(number.to_string()), Self::Whole)
+            }
+            Json::Bool(flag) => Self::Flag(*flag),
+            Json::Null => Self::Other("null"),
+            Json::Array(_) => Self::Other("a list"),
+            Json::Object(_) => Self::Other("a table"),
+        }
+    }
 }
 
 /// A value that is valid for its key.
@@ -68,20 +78,19 @@ pub(super) enum Value {
     Measure(Measure),
 }
 
-impl fmt::Display for Value {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Value {
+    /// As records have it: what a file could have, with the unit in the value.
+    pub(super) fn recorded(self) -> Json {
         match self {
-            Self::Text(text) => write!(to, "{text}"),
-            Self::Choice(name) => write!(to, "{name}"),
-            Self::Whole(number) => write!(to, "{number}"),
-            Self::Number(number) => write!(to, "{number}"),
-            Self::Flag(flag) => write!(to, "{flag}"),
-            Self::Measure(Measure { value, unit }) => write!(to, "{value} {}", unit.name),
+            Self::Text(text) => text.into(),
+            Self::Choice(name) => name.into(),
+            Self::Whole(number) => number.into(),
+            Self::Number(number) => number.into(),
+            Self::Flag(flag) => flag.into(),
+            Self::Measure(Measure { value, unit }) => format!("{value} {}", unit.name).into(),
         }
     }
-}
 
-impl Value {
     /// As drivers take it: a quantity in the unit of its key.
     pub(super) fn setting(self, key: &Key) -> Setting {
         match (self, key.kind) {

@@ -9,11 +9,8 @@ mod commented;
 mod draft;
 mod error;
 mod given;
-mod over;
 mod overrides;
-mod parts;
 mod read;
-mod record;
 mod recorded;
 mod schema;
 mod settings;
@@ -24,13 +21,12 @@ pub use commented::{Findings, FoundCamera, commented};
 pub use draft::{Draft, DraftKey, DraftSection};
 pub use error::{Mistake, Place, Problem, ProfileError};
 pub use overrides::{Override, overrides_from_environment};
-pub use parts::{
-    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, PrintProfile,
-    SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
-};
 pub use recorded::RecordedRigError;
-pub use schema::key_at as key;
-pub use whole::Profile;
+pub use schema::{
+    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, SceneName,
+    SimProfile, StageProfile, TargetProfile, key_at as key,
+};
+pub use whole::{Profile, Sections};
 
 use settings::Settings;
 
@@ -52,8 +48,7 @@ impl Profile {
     pub fn read(text: &str, source: &str, overrides: &[Override]) -> Result<Self, ProfileError> {
         let mut settings = Settings::of_file(text, source);
         overrides.iter().for_each(|value| settings.replace(value));
-        let (profile, mistakes) = read::read(settings);
-        if mistakes.is_empty() { Ok(profile) } else { Err(ProfileError { mistakes }) }
+        read::read(settings)
     }
 
     /// A profile from overrides alone.

@@ -1,48 +1,32 @@
 //! Builds the typed profile from settings, with the rules across keys.
 
 use std::ops::RangeInclusive;
-use std::time::Duration;
 
 use super::Profile;
-use super::error::{Mistake, Place, Problem};
-use super::given::{Given, Value};
-use super::parts::{
-    BoardProfile, CameraProfile, FIRST_TEXTURE, FocalLength, LimitsProfile, OpticsProfile, PlanProfile,
-    PrintProfile, SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
+use super::error::{Mistake, Problem, ProfileError};
+use super::given::Value;
+use super::schema::{
+    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, SceneName,
+    SimProfile, StageProfile, TargetProfile, default_of, stage,
 };
-use super::schema::{Key, board, camera, limits, optics, plan, sim, stage, target};
 use super::settings::{Settings, control_path};
 use super::value::{self, interpret};
-use epirig_calibration::lens::Distortion;
-use epirig_core::choice::Choice;
-use epirig_core::settings::Settings as DriverSettings;
-use epirig_core::settings::quantity::{DN, HZ, MM, Measure, NS, PERCENT, PX, Quantity, RAD, UM, US, Unit};
-use epirig_devices::camera::Size;
-use epirig_devices::stage::Driver;
+use super::whole::Sections;
+use epirig_core::settings::Key;
 
-/// The profile of the settings, and all mistakes in them. A wrong value is replaced by its default, or by
-/// `None`.
-pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
-    let mistakes = std::mem::take(&mut settings.mistakes);
-    let mut reader = Reader { settings, mistakes };
-    reader.leave_out_what_was_overridden();
-    let profile = Profile {
-        stage: reader.stage(),
-        camera: reader.camera(),
-        plan: reader.plan(),
-        optics: reader.optics(),
-        target: reader.target(),
-        board: reader.board(&BOARD),
-        limits: reader.limits(),
-        sim: reader.sim(),
-    };
-    // Consequences of a wrong value are not reported.
-    if reader.mistakes.is_empty() {
-        reader.refuse_what_is_ignored(&profile);
-        reader.ask_for_what_is_needed(&profile);
-        reader.refuse_impossible_optics(&profile);
-    }
-    (profile, reader.mistakes)
+/// The profile of the settings.
+///
+/// # Errors
+/// [`ProfileError`] with all mistakes in them.
+pub(super) fn read(settings: Settings) -> Result<Profile, ProfileError> {
+    let (sections, reader) = Reader::read(settings);
+    let Reader { settings, mistakes } = reader;
+    if mistakes.is_empty() { Ok(Profile { sections, settings }) } else { Err(ProfileError { mistakes }) }
+}
+
+/// The sections of the settings, mistakes or not: a wrong value is replaced by its default, or by `None`.
+pub(super) fn sections(settings: Settings) -> Sections {
+    Reader::read(settings).0
 }
 
 /// The settings that count: without those of a replaced driver, camera or scene.
@@ -53,20 +37,34 @@ pub(super) fn settled(settings: Settings) -> Settings {
 }
 
 /// Whether the key belongs to the simulator, and neither stage nor camera is simulated.
-pub(super) fn is_of_no_simulator(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
-    key.section == "sim" && !stage.is_simulated() && !camera.is_simulated()
+pub(super) fn is_of_no_simulator(key: &Key, sections: &Sections) -> bool {
+    key.section == "sim" && !sections.stage.is_simulated() && !sections.camera.is_simulated()
 }
 
 /// Whether the key belongs to the tile, and another scene is simulated.
-fn is_of_other_scene(key: &Key, sim: &SimProfile) -> bool {
-    std::ptr::eq(key, &sim::BOW) && sim.scene != SceneName::Tile
+fn is_of_other_scene(key: &Key, sections: &Sections) -> bool {
+    key.is("sim.bow") && sections.sim.scene != SceneName::Tile
 }
 
-/// The keys of a chess-board: side of a square, columns and rows.
-type BoardKeys = [&'static Key; 3];
-const PRINT: BoardKeys = [&target::SQUARE, &target::COLUMNS, &target::ROWS];
-const BOARD: BoardKeys = [&board::SQUARE, &board::COLUMNS, &board::ROWS];
-const DISTORTION: [&Key; 5] = [&optics::K1, &optics::K2, &optics::P1, &optics::P2, &optics::K3];
+/// Why a key has no effect, if it has none: the words behind "no effect".
+pub(super) fn ignored(key: &Key, sections: &Sections) -> Option<String> {
+    let driver = sections.stage.driver;
+    Some(if !stage::belongs_to(key, driver) {
+        format!("with driver = \"{}\"", driver.name())
+    } else if is_of_no_simulator(key, sections) {
+        "without driver = \"sim\" of the stage or device = \"sim\" of the camera".to_owned()
+    } else if is_of_other_scene(key, sections) {
+        "without scene = \"tile\"".to_owned()
+    } else if key.is("target.band_distance") && sections.target.bands != 2 {
+        "without bands = 2".to_owned()
+    } else {
+        return None;
+    })
+}
+
+/// A chess-board needs all of these.
+const PRINT: [&str; 3] = ["target.square", "target.columns", "target.rows"];
+const BOARD: [&str; 3] = ["board.square", "board.columns", "board.rows"];
 
 struct Reader {
     settings: Settings,
@@ -74,115 +72,50 @@ struct Reader {
 }
 
 impl Reader {
+    fn read(mut settings: Settings) -> (Sections, Self) {
+        let mistakes = std::mem::take(&mut settings.mistakes);
+        let mut reader = Self { settings, mistakes };
+        reader.leave_out_what_was_overridden();
+        let sections = reader.sections();
+        // Consequences of a wrong value are not reported.
+        if reader.mistakes.is_empty() {
+            reader.refuse_what_is_ignored(&sections);
+            reader.ask_for_what_is_needed(&sections);
+            reader.refuse_impossible_optics(&sections);
+        }
+        (sections, reader)
+    }
+
+    fn sections(&mut self) -> Sections {
+        let mut value = |key| self.value(key);
+        let mut sections = Sections {
+            stage: StageProfile::read(&mut value),
+            camera: CameraProfile::read(&mut value),
+            plan: PlanProfile::read(&mut value),
+            optics: OpticsProfile::read(&mut value),
+            target: TargetProfile::read(&mut value),
+            board: BoardProfile::read(&mut value),
+            limits: LimitsProfile::read(&mut value),
+            sim: SimProfile::read(&mut value),
+        };
+        for key in sections.stage.driver.keys() {
+            if let Some(value) = self.value(key) {
+                sections.stage.settings.set(key, value.setting(key));
+            }
+        }
+        sections.camera.controls = self.controls();
+        sections
+    }
+
     /// The value of a key, or its default.
     fn value(&mut self, key: &'static Key) -> Option<Value> {
-        if let Some(setting) = self.settings.setting(key) {
+        if let Some(setting) = self.settings.setting(&key.path()) {
             match interpret(key, setting.unit, &setting.given) {
                 Ok(value) => return Some(value),
                 Err(problem) => self.mistakes.push(Mistake { place: setting.place.clone(), problem }),
             }
         }
-        let default = Given::Plain(key.default?.to_owned());
-        interpret(key, None, &default).ok()
-    }
-
-    fn text(&mut self, key: &'static Key) -> Option<String> {
-        match self.value(key)? {
-            Value::Text(text) => Some(text),
-            _ => None,
-        }
-    }
-
-    fn choice<C: Choice>(&mut self, key: &'static Key) -> Option<C> {
-        match self.value(key)? {
-            Value::Choice(name) => C::from_name(name),
-            _ => None,
-        }
-    }
-
-    fn measure(&mut self, key: &'static Key) -> Option<Measure> {
-        match self.value(key)? {
-            Value::Measure(measure) => Some(measure),
-            _ => None,
-        }
-    }
-
-    fn number(&mut self, key: &'static Key, unit: Unit) -> Option<f64> {
-        self.measure(key).map(|measure| measure.in_unit(unit))
-    }
-
-    /// The value of a key with a default.
-    fn number_or_default(&mut self, key: &'static Key, unit: Unit) -> f64 {
-        self.number(key, unit).unwrap_or_default()
-    }
-
-    /// The value of a key with a default, in whole ns.
-    fn duration(&mut self, key: &'static Key) -> Duration {
-        // The allowed range is far below 2^64.
-        Duration::from_nanos(self.number_or_default(key, NS).round() as u64)
-    }
-
-    fn whole<T: TryFrom<i64>>(&mut self, key: &'static Key) -> Option<T> {
-        match self.value(key)? {
-            Value::Whole(number) => T::try_from(number).ok(),
-            _ => None,
-        }
-    }
-
-    /// The value of a key with a default.
-    fn plain_number(&mut self, key: &'static Key) -> f64 {
-        match self.value(key) {
-            Some(Value::Number(number)) => number,
-            _ => 0.0,
-        }
-    }
-
-    /// The value of a key with a default: a share, 0 to 1.
-    fn share(&mut self, key: &'static Key) -> f64 {
-        self.number_or_default(key, PERCENT) / 100.0
-    }
-
-    fn flag(&mut self, key: &'static Key) -> bool {
-        self.value(key) == Some(Value::Flag(true))
-    }
-
-    fn stage(&mut self) -> StageProfile {
-        let driver = match self.value(&stage::DRIVER) {
-            Some(Value::Choice(name)) => Driver::named(name),
-            _ => None,
-        };
-        let driver = driver.unwrap_or_else(Driver::usual);
-        let mut settings = DriverSettings::default();
-        for key in driver.keys() {
-            if let Some(value) = self.value(key) {
-                settings.set(key, value.setting(key));
-            }
-        }
-        StageProfile {
-            driver,
-            port: self.text(&stage::PORT),
-            approach_mm: self.number_or_default(&stage::APPROACH, MM),
-            tolerance_mm: self.number_or_default(&stage::TOLERANCE, MM),
-            settings,
-        }
-    }
-
-    fn camera(&mut self) -> CameraProfile {
-        CameraProfile {
-            device: self.text(&camera::DEVICE),
-            format: self.text(&camera::FORMAT),
-            size: self.size(),
-            rate_hz: self.number(&camera::RATE, HZ),
-            exposure_us: self.number(&camera::EXPOSURE, US),
-            bayer: self.choice(&camera::BAYER),
-            patience: self.duration(&camera::PATIENCE),
-            mains_hz: self.number(&camera::MAINS, HZ),
-            controls: self.controls(),
-        }
-    }
-
-    fn size(&mut self) -> Option<Size> {
-        self.text(&camera::SIZE)?.parse().ok()
+        default_of(key)
     }
 
     fn controls(&mut self) -> Vec<(String, String)> {
@@ -196,130 +129,37 @@ impl Reader {
         controls
     }
 
-    fn plan(&mut self) -> PlanProfile {
-        PlanProfile {
-            start_mm: self.number_or_default(&plan::START, MM),
-            step_mm: self.number(&plan::STEP, MM),
-            frames: self.whole(&plan::FRAMES),
-            settle: self.duration(&plan::SETTLE),
-            average: self.whole(&plan::AVERAGE).unwrap_or_default(),
-            dark: self.whole(&plan::DARK).unwrap_or_default(),
-            flat: self.whole(&plan::FLAT).unwrap_or_default(),
-            board: self.whole(&plan::BOARD).unwrap_or_default(),
-        }
-    }
-
-    fn optics(&mut self) -> OpticsProfile {
-        let focal_length = self.measure(&optics::FOCAL_LENGTH).map(|length| match length.unit.quantity {
-            Quantity::Pixels => FocalLength::Px(length.in_unit(PX)),
-            _ => FocalLength::Mm(length.in_unit(MM)),
-        });
-        let principal_point =
-            self.number(&optics::PRINCIPAL_POINT_X, PX).zip(self.number(&optics::PRINCIPAL_POINT_Y, PX));
-        OpticsProfile {
-            focal_length,
-            focal_length_sigma: self.share(&optics::FOCAL_LENGTH_SIGMA),
-            sensor_width_mm: self.number(&optics::SENSOR_WIDTH, MM),
-            principal_point_px: principal_point,
-            distance_mm: self.number(&optics::DISTANCE, MM),
-            distortion: {
-                let [k1, k2, p1, p2, k3] = DISTORTION.map(|key| self.plain_number(key));
-                Distortion { k1, k2, p1, p2, k3 }
-            },
-        }
-    }
-
-    fn target(&mut self) -> TargetProfile {
-        let relief_mm = self.number(&target::RELIEF, MM);
-        let board = self.board(&PRINT);
-        // Always read, so that mistakes are reported.
-        let bands: Option<usize> = self.whole(&target::BANDS);
-        let band_distance_mm = self.number(&target::BAND_DISTANCE, MM).filter(|_| bands == Some(2));
-        TargetProfile { relief_mm, print: board.map(|board| PrintProfile { board, band_distance_mm }) }
-    }
-
-    /// A chess-board, if all its keys are given.
-    fn board(&mut self, [square, columns, rows]: &BoardKeys) -> Option<BoardProfile> {
-        let (square_mm, columns, rows) = (self.number(square, MM), self.whole(columns), self.whole(rows));
-        Some(BoardProfile { square_mm: square_mm?, columns: columns?, rows: rows? })
-    }
-
-    fn limits(&mut self) -> LimitsProfile {
-        LimitsProfile {
-            retakes: self.whole(&limits::RETAKES).unwrap_or_default(),
-            saturated: self.share(&limits::SATURATED),
-            position_mm: self.number_or_default(&limits::POSITION, MM),
-            wait: self.duration(&limits::WAIT),
-            shift_px: self.number_or_default(&limits::SHIFT, PX),
-        }
-    }
-
-    fn sim(&mut self) -> SimProfile {
-        SimProfile {
-            scene: self.choice(&sim::SCENE).unwrap_or(SceneName::Plane),
-            noise_dn: self.number_or_default(&sim::NOISE, DN),
-            seed: self.whole(&sim::SEED).unwrap_or_default(),
-            texture_seed: self.whole(&sim::TEXTURE_SEED).unwrap_or(FIRST_TEXTURE),
-            real_time: self.flag(&sim::REAL_TIME),
-            faults: SimFaults {
-                roll_rad: self.number_or_default(&sim::ROLL, RAD),
-                pan_rad: self.number_or_default(&sim::PAN, RAD),
-                k1: self.plain_number(&sim::K1),
-                vignetting: self.share(&sim::VIGNETTING),
-                flicker: self.share(&sim::FLICKER),
-                drift: self.share(&sim::DRIFT),
-                highlight_dn: self.number_or_default(&sim::HIGHLIGHT, DN),
-                step_error_um: self.number_or_default(&sim::STEP_ERROR, UM),
-                bow_mm: self.number_or_default(&sim::BOW, MM),
-                black_level_dn: self.number_or_default(&sim::BLACK_LEVEL, DN),
-                pixel_gains: self.share(&sim::PIXEL_GAINS),
-                hot_pixels: self.whole(&sim::HOT_PIXELS).unwrap_or_default(),
-            },
-        }
-    }
-
     /// Drops keys of a replaced driver, camera or scene: they belong to the former one.
     fn leave_out_what_was_overridden(&mut self) {
         let known = self.mistakes.len();
-        let (stage, camera, sim) = (self.stage(), self.camera(), self.sim());
+        let sections = self.sections();
         // All values are read again later, and mistakes are reported then.
         self.mistakes.truncate(known);
-        self.settings.leave_out_below(&[&stage::DRIVER], |key| !stage::belongs_to(key, stage.driver));
-        self.settings.leave_out_below(&[&stage::DRIVER, &camera::DEVICE], |key| {
-            is_of_no_simulator(key, &stage, &camera)
-        });
-        self.settings.leave_out_below(&[&sim::SCENE], |key| is_of_other_scene(key, &sim));
+        let driver = sections.stage.driver;
+        self.settings.leave_out_below(&["stage.driver"], |key| !stage::belongs_to(key, driver));
+        self.settings
+            .leave_out_below(&["stage.driver", "camera.device"], |key| is_of_no_simulator(key, &sections));
+        self.settings.leave_out_below(&["sim.scene"], |key| is_of_other_scene(key, &sections));
     }
 
     /// Refuses keys without effect.
-    fn refuse_what_is_ignored(&mut self, profile: &Profile) {
-        let driver = profile.stage.driver;
+    fn refuse_what_is_ignored(&mut self, sections: &Sections) {
         for setting in &self.settings.settings {
-            let key = setting.key;
-            let with = if !stage::belongs_to(key, driver) {
-                format!("with driver = \"{}\"", driver.name())
-            } else if is_of_no_simulator(key, &profile.stage, &profile.camera) {
-                "without driver = \"sim\" of the stage or device = \"sim\" of the camera".to_owned()
-            } else if is_of_other_scene(key, &profile.sim) {
-                "without scene = \"tile\"".to_owned()
-            } else if std::ptr::eq(key, &target::BAND_DISTANCE) && self.whole_of(&target::BANDS) != Some(2) {
-                "without bands = 2".to_owned()
-            } else {
-                continue;
-            };
-            let problem = Problem::MeansNothing { key: key.path(), with };
-            self.mistakes.push(Mistake { place: setting.place.clone(), problem });
+            if let Some(with) = ignored(setting.key, sections) {
+                let problem = Problem::MeansNothing { key: setting.key.path(), with };
+                self.mistakes.push(Mistake { place: setting.place.clone(), problem });
+            }
         }
     }
 
     /// Refuses lengths that no lens has.
-    fn refuse_impossible_optics(&mut self, profile: &Profile) {
+    fn refuse_impossible_optics(&mut self, sections: &Sections) {
         /// Focal length over width of the sensor: views of 157 deg and of 0.6 deg.
         const WIDTHS: RangeInclusive<f64> = 0.1..=100.0;
         /// Size of the picture over that of the object: more than macro lenses have.
         const LARGEST_PICTURE: f64 = 10.0;
-        let (optics, relief_mm) = (&profile.optics, profile.target.relief_mm);
-        let columns = profile.camera.size.map(|size| size.columns as f64);
+        let (optics, relief_mm) = (&sections.optics, sections.target.relief_mm);
+        let columns = sections.camera.size.map(|size| size.columns as f64);
         // In widths of the sensor.
         let widths = match optics.focal_length {
             Some(FocalLength::Mm(mm)) => optics.sensor_width_mm.map(|width_mm| mm / width_mm),
@@ -334,7 +174,7 @@ impl Reader {
                 WIDTHS.start(),
                 WIDTHS.end()
             );
-            self.contradict(&optics::FOCAL_LENGTH, reason);
+            self.contradict("optics.focal_length", reason);
             return;
         }
         let Some(distance_mm) = optics.distance_mm else { return };
@@ -350,94 +190,73 @@ impl Reader {
                     "a lens of {focal_mm} mm shows only what is farther away than its focal length; check both lengths and \
                      their units"
                 );
-                self.contradict(&optics::DISTANCE, reason);
+                self.contradict("optics.distance", reason);
             } else if picture > LARGEST_PICTURE {
                 let reason = format!(
                     "a lens of {focal_mm} mm would show the object {picture:.1} times as large as it is; {LARGEST_PICTURE} times \
                      are allowed: check both lengths and their units"
                 );
-                self.contradict(&optics::DISTANCE, reason);
+                self.contradict("optics.distance", reason);
             }
         }
         if relief_mm.is_some_and(|relief_mm| relief_mm >= distance_mm) {
             let reason = format!("it must be less than the distance of the object, {distance_mm} mm");
-            self.contradict(&target::RELIEF, reason);
+            self.contradict("target.relief", reason);
         }
     }
 
-    fn contradict(&mut self, key: &'static Key, reason: String) {
-        let Some(setting) = self.settings.setting(key) else { return };
+    fn contradict(&mut self, path: &str, reason: String) {
+        let Some(setting) = self.settings.setting(path) else { return };
         let value = match setting.unit {
             Some(unit) => format!("{} {}", setting.given, unit.name),
             None => setting.given.to_string(),
         };
-        let problem = Problem::Contradicts { key: key.path(), value, reason };
+        let problem = Problem::Contradicts { key: path.to_owned(), value, reason };
         self.mistakes.push(Mistake { place: setting.place.clone(), problem });
     }
 
-    fn ask_for_what_is_needed(&mut self, profile: &Profile) {
-        let driver = profile.stage.driver;
+    fn ask_for_what_is_needed(&mut self, sections: &Sections) {
+        let driver = sections.stage.driver;
         for key in driver.keys() {
-            if let Some(advice) = key.needed.filter(|_| !self.is_given(key)) {
-                self.need(&stage::DRIVER, driver.name(), key, advice);
+            if let Some(advice) = key.needed {
+                self.need("stage.driver", driver.name(), &key.path(), advice);
             }
         }
-        let in_length = matches!(profile.optics.focal_length, Some(FocalLength::Mm(_)));
-        if in_length && !self.is_given(&optics::SENSOR_WIDTH) {
+        if let Some(FocalLength::Mm(_)) = sections.optics.focal_length {
             let advice = "add it, or give the focal length in px";
-            self.need(&optics::FOCAL_LENGTH, "a length", &optics::SENSOR_WIDTH, advice);
+            self.need("optics.focal_length", "a length", "optics.sensor_width", advice);
         }
-        for key in DISTORTION.into_iter().chain([&optics::FOCAL_LENGTH_SIGMA]) {
+        for name in ["k1", "k2", "p1", "p2", "k3", "focal_length_sigma"] {
             let advice = "give the focal length, too";
-            if self.is_given(key) && !self.is_given(&optics::FOCAL_LENGTH) {
-                self.need(key, "given", &optics::FOCAL_LENGTH, advice);
-            }
+            self.need(&format!("optics.{name}"), "given", "optics.focal_length", advice);
         }
-        let of_print = PRINT.into_iter().chain([&target::BANDS, &target::BAND_DISTANCE]).collect();
-        for (given, needed) in [(of_print, PRINT), (BOARD.to_vec(), BOARD)] {
-            self.need_all(&given, &needed);
-        }
-        let two = profile.target.print.is_some() && self.whole_of(&target::BANDS) == Some(2);
-        if two && !self.is_given(&target::BAND_DISTANCE) {
+        self.need_all(&[&PRINT[..], &["target.bands", "target.band_distance"]].concat(), &PRINT);
+        self.need_all(&BOARD, &BOARD);
+        if sections.target.print().is_some() && sections.target.bands == 2 {
             let advice = "measure it with a ruler, or give one band";
-            self.need(&target::BANDS, "2", &target::BAND_DISTANCE, advice);
+            self.need("target.bands", "2", "target.band_distance", advice);
         }
-        let halves = [&optics::PRINCIPAL_POINT_X, &optics::PRINCIPAL_POINT_Y];
-        for (half, other) in [(halves[0], halves[1]), (halves[1], halves[0])] {
-            if self.is_given(half) && !self.is_given(other) {
-                self.need(half, "given", other, "give both or none");
-            }
+        let [x, y] = ["optics.principal_point_x", "optics.principal_point_y"];
+        for (half, other) in [(x, y), (y, x)] {
+            self.need(half, "given", other, "give both or none");
         }
     }
 
     /// If any key of `given` is given, all of `needed` must be.
-    fn need_all(&mut self, given: &[&'static Key], needed: &BoardKeys) {
-        let Some(first) = given.iter().find(|key| self.is_given(key)) else { return };
+    fn need_all(&mut self, given: &[&str], needed: &[&str]) {
+        let Some(first) = given.iter().find(|path| self.settings.setting(path).is_some()) else { return };
         for key in needed {
-            if !self.is_given(key) {
-                self.need(first, "given", key, "give square, columns and rows, or none");
-            }
+            self.need(first, "given", key, "give square, columns and rows, or none");
         }
     }
 
-    /// An integer that is known to be valid.
-    fn whole_of(&self, key: &'static Key) -> Option<i64> {
-        let setting = self.settings.setting(key)?;
-        match interpret(key, setting.unit, &setting.given) {
-            Ok(Value::Whole(number)) => Some(number),
-            _ => None,
+    /// Asks for the key `needed` if the one at `path` is given, and it is not.
+    fn need(&mut self, path: &str, state: &str, needed: &str, advice: &str) {
+        let Some(setting) = self.settings.setting(path) else { return };
+        if self.settings.setting(needed).is_none() {
+            let (key, needed) = (format!("{path} ({state})"), needed.to_owned());
+            let problem = Problem::Needs { key, needed, advice: advice.to_owned() };
+            self.mistakes.push(Mistake { place: setting.place.clone(), problem });
         }
-    }
-
-    fn is_given(&self, key: &'static Key) -> bool {
-        self.settings.setting(key).is_some()
-    }
-
-    fn need(&mut self, key: &'static Key, state: &str, needed: &'static Key, advice: &str) {
-        let Some(setting) = self.settings.setting(key) else { return };
-        let place: Place = setting.place.clone();
-        let key = format!("{} ({state})", key.path());
-        let problem = Problem::Needs { key, needed: needed.path(), advice: advice.to_owned() };
-        self.mistakes.push(Mistake { place, problem });
     }
 }

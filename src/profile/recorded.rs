@@ -1,31 +1,33 @@
-//! The profile recorded with a sequence.
+//! The profile recorded with a sequence: what a person could have written, in JSON.
 
 use std::path::PathBuf;
 
-use serde_json::Value;
+use serde_json::{Map, Value as Json, json};
 use thiserror::Error;
 
+use super::error::{Mistake, ProfileError};
+use super::read::{ignored, read};
+use super::schema::{CONTROLS, SECTIONS, default_of};
 use super::settings::Settings;
-use super::{Profile, read};
+use super::value::interpret;
+use super::{Override, Profile};
 use epirig_core::fault::{Blame, Fault};
-use epirig_core::grid::area;
-use epirig_core::settings::{LARGEST, SMALLEST};
 use epirig_data::sequence::{Finding, Origin, Sequence};
-use epirig_data::storage::{RecordFault, parse_value};
 
 /// A recorded rig that cannot be read.
 #[derive(Debug, Error)]
 #[error(
-    "{}: its recorded rig cannot be read: rig.{source}; use the program that wrote it ({program}), or restore the file from a copy",
-    path.display()
+    "{}: its recorded rig cannot be read: {}; use the program that wrote it ({program}), or restore the file from a copy",
+    path.display(),
+    mistake.problem
 )]
 pub struct RecordedRigError {
     /// The start record.
     pub path: PathBuf,
     /// The program that wrote it.
     pub program: String,
-    /// What is wrong.
-    pub source: RecordFault,
+    /// What is wrong first.
+    pub mistake: Mistake,
 }
 
 impl Fault for RecordedRigError {
@@ -33,11 +35,6 @@ impl Fault for RecordedRigError {
         Blame::Data
     }
 }
-
-/// Fields that are used as divisors.
-const DIVISORS: [&str; 4] = ["camera.rate_hz", "plan.step_mm", "optics.sensor_width_mm", "board.square_mm"];
-/// Seeds may be any integer.
-const SEEDS: [&str; 2] = ["sim.seed", "sim.texture_seed"];
 
 impl Profile {
     /// The rig of the frames of `sequence`: complete for a scan. For imported images only lens and targets
@@ -48,57 +45,75 @@ impl Profile {
     pub fn of_sequence(sequence: &Sequence) -> Result<Option<Self>, RecordedRigError> {
         let record = sequence.record();
         let profile = record.origin.rig().map(Self::of_record).transpose();
-        profile.map_err(|source| RecordedRigError {
+        profile.map_err(|mut error| RecordedRigError {
             path: sequence.folder().join("sequence.json"),
             program: record.program.clone(),
-            source,
+            mistake: error.mistakes.swap_remove(0),
         })
     }
 
-    /// Parses a record; numbers that are impossible for a rig are refused.
+    /// Reads a [`record`](Self::record), as [`read`](Self::read) does a file.
     ///
     /// # Errors
-    /// The key and its fault.
-    pub fn of_record(rig: &Value) -> Result<Self, RecordFault> {
-        let profile: Self = parse_value(rig.clone())?;
-        let fault = |key: String, reason: String| RecordFault { line: 0, key, reason };
-        if let Some((key, number)) = impossible_number(rig, String::new()) {
-            return Err(fault(key, format!("{number} is impossible")));
+    /// [`ProfileError`] with all mistakes.
+    pub fn of_record(rig: &Json) -> Result<Self, ProfileError> {
+        let mut settings = Settings::of_record(rig);
+        // A record names the defaults, too. These were not given, and need nothing beside them.
+        settings.settings.retain(|setting| {
+            let value = interpret(setting.key, setting.unit, &setting.given).ok();
+            value.is_none() || value != default_of(setting.key)
+        });
+        read(settings)
+    }
+
+    /// This profile as a record: an object for each section with all values, given or by default, but for
+    /// keys without effect. Quantities have their unit. The round trip is exact.
+    ///
+    /// Controls are pairs of name and value, because their order counts.
+    pub fn record(&self) -> Json {
+        let mut record = Map::new();
+        for section in SECTIONS {
+            let mut values = Map::new();
+            for key in section.keys().into_iter().filter(|key| ignored(key, self).is_none()) {
+                let given = self.settings.setting(&key.path());
+                let value = given.and_then(|setting| interpret(key, setting.unit, &setting.given).ok());
+                if let Some(value) = value.or_else(|| default_of(key)) {
+                    values.insert(key.name.to_owned(), value.recorded());
+                }
+            }
+            if section.name == "camera" && !self.camera.controls.is_empty() {
+                let pairs = self.camera.controls.iter().map(|(name, value)| json!([name, value]));
+                values.insert(CONTROLS.to_owned(), pairs.collect());
+            }
+            record.insert(section.name.to_owned(), Json::Object(values));
         }
-        let stage = &profile.stage;
-        stage
-            .settings
-            .check(&stage.driver.keys())
-            .map_err(|source| fault("stage.settings".to_owned(), source.to_string()))?;
-        let plan = &profile.plan;
-        let boards = profile.board.into_iter().chain(profile.target.print.map(|print| print.board));
-        let corners: Vec<usize> = boards.flat_map(|board| [board.columns, board.rows]).collect();
-        let size = profile.camera.size.map_or(Some(1), |size| area(size.rows, size.columns));
-        // The ranges of the keys in TOML.
-        for (key, is_possible) in [
-            ("plan.frames", plan.frames.is_none_or(|frames| (2..=100_000).contains(&frames))),
-            ("plan.average", (1..=65_536).contains(&plan.average)),
-            ("plan.dark", plan.dark <= 1000),
-            ("plan.flat", plan.flat <= 1000),
-            ("plan.board", plan.board <= 1000),
-            ("optics.focal_length_sigma", (0.0..=1.0).contains(&profile.optics.focal_length_sigma)),
-            ("limits.retakes", profile.limits.retakes <= 100),
-            ("board or target.print", corners.iter().all(|count| (2..=1000).contains(count))),
-            ("camera.size", size.is_some()),
-        ] {
-            if !is_possible {
-                return Err(fault(key.to_owned(), "out of range".to_owned()));
+        Json::Object(record)
+    }
+
+    /// This profile, changed by `overrides`.
+    ///
+    /// # Errors
+    /// [`ProfileError`] with all mistakes in the overrides, and with all contradictions to the other values.
+    pub fn changed(self, overrides: &[Override]) -> Result<Self, ProfileError> {
+        let mut settings = self.settings;
+        for value in overrides {
+            settings.replace(value);
+            // With one band, the distance of the bands has no meaning and is dropped.
+            if value.key == "target.bands" && value.value == "1" {
+                settings.forget("target.band_distance");
             }
         }
-        Ok(profile)
+        read(settings)
     }
 
     /// Lens and targets only; all other sections have their defaults.
-    pub fn of_lens_and_targets(self) -> Self {
-        let Self { optics, target, board, .. } = self;
-        // No keys are given, so there are no mistakes.
-        let (nothing, _) = read::read(Settings::default());
-        Self { optics, target, board, ..nothing }
+    ///
+    /// # Errors
+    /// [`ProfileError`] if they contradict each other.
+    pub fn of_lens_and_targets(mut self) -> Result<Self, ProfileError> {
+        self.settings.controls.clear();
+        self.settings.settings.retain(|setting| matches!(setting.key.section, "optics" | "target" | "board"));
+        read(self.settings)
     }
 
     /// Contradictions to the other records of the sequence.
@@ -118,6 +133,12 @@ impl Profile {
         {
             contradicts("the planned positions");
         }
+        let limits = self.scan_limits();
+        if record.origin.limits().is_some_and(|recorded| {
+            (recorded.position_mm, recorded.shift_px) != (limits.position_mm, limits.shift_px)
+        }) {
+            contradicts("the limits");
+        }
         let lens = self
             .optics
             .lens(record.columns, record.rows)
@@ -134,25 +155,5 @@ impl Profile {
             contradicts("focal length and principal point");
         }
         found
-    }
-}
-
-/// The first impossible number, with its key.
-fn impossible_number(value: &Value, key: String) -> Option<(String, f64)> {
-    match value {
-        Value::Number(number) => {
-            let size = number.as_f64().unwrap_or(f64::INFINITY).abs();
-            let least = if DIVISORS.iter().any(|divisor| key.ends_with(divisor)) { SMALLEST } else { 0.0 };
-            (!(least..=LARGEST).contains(&size) && !SEEDS.contains(&key.as_str())).then_some((key, size))
-        }
-        Value::Array(values) => values
-            .iter()
-            .enumerate()
-            .find_map(|(index, value)| impossible_number(value, format!("{key}[{index}]"))),
-        Value::Object(entries) => entries.iter().find_map(|(name, value)| {
-            let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-            impossible_number(value, key)
-        }),
-        Value::Null | Value::Bool(_) | Value::String(_) => None,
     }
 }

@@ -1,12 +1,14 @@
 //! Settings by key, with their places: from a file, and overrides.
 
+use serde_json::Value as Json;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue};
 
 use super::error::{Mistake, Place, Problem, did_you_mean};
 use super::given::Given;
 use super::overrides::Override;
-use super::schema::{CONTROLS, Key, SECTIONS, Section, find_key, find_section};
+use super::schema::{CONTROLS, SECTIONS, Section, find_key, find_section};
+use epirig_core::settings::Key;
 use epirig_core::settings::quantity::Unit;
 use epirig_devices::camera::Control;
 
@@ -49,14 +51,7 @@ impl Settings {
         let file = File { source, lines: lines.collect() };
         let mut settings = Self::default();
         match DeTable::parse(text) {
-            Ok(table) => {
-                for (name, value) in in_order(table.get_ref()) {
-                    if settings.is_full() {
-                        break;
-                    }
-                    settings.add_section(&file, name, value);
-                }
-            }
+            Ok(table) => settings.add_sections(file.entries(table.get_ref())),
             Err(error) => {
                 let place = file.place(error.span().map_or(0, |span| span.start));
                 let reason = error.message().lines().collect::<Vec<_>>().join("; ");
@@ -66,43 +61,53 @@ impl Settings {
         settings
     }
 
-    fn add_section(&mut self, file: &File<'_>, name: &Name<'_>, value: &DeValue<'_>) {
-        let section = match (find_section(name.get_ref()), value) {
-            (Ok(section), DeValue::Table(table)) => Ok((section, table)),
-            (Ok(_), _) => Err(Problem::NotASection { name: name.get_ref().to_string() }),
-            (Err(problem), DeValue::Table(_)) => Err(problem),
-            (Err(_), _) => Err(outside(name.get_ref())),
-        };
-        match section {
-            Ok((section, table)) => {
-                for (name, value) in in_order(table) {
-                    if self.is_full() {
-                        return;
-                    }
-                    self.add_entry(file, section, name, value);
-                }
+    /// The settings in a record, which has the sections and keys of a file.
+    pub(super) fn of_record(rig: &Json) -> Self {
+        let mut settings = Self::default();
+        match recorded_entries(rig) {
+            Some(sections) => settings.add_sections(sections),
+            None => settings.note(Place::Record, Problem::NotASection { name: "rig".to_owned() }),
+        }
+        settings
+    }
+
+    fn add_sections(&mut self, sections: Vec<Entry>) {
+        for Entry { name, place, item } in sections {
+            if self.is_full() {
+                return;
             }
-            Err(problem) => self.note(file.place_of(name), problem),
+            match (find_section(&name), item) {
+                (Ok(section), Item::Table(entries)) => self.add_section(section, entries),
+                (Ok(_), _) => self.note(place, Problem::NotASection { name }),
+                (Err(problem), Item::Table(_)) => self.note(place, problem),
+                (Err(_), _) => self.note(place, outside(&name)),
+            }
         }
     }
 
-    fn add_entry(&mut self, file: &File<'_>, section: &Section, name: &Name<'_>, value: &DeValue<'_>) {
-        let place = file.place_of(name);
-        let is_controls = section.name == "camera" && name.get_ref() == CONTROLS;
-        match value {
-            DeValue::Table(table) if is_controls => {
-                for (name, value) in in_order(table) {
-                    self.add_control(name.get_ref(), Given::of(value), file.place_of(name));
-                }
+    fn add_section(&mut self, section: &Section, entries: Vec<Entry>) {
+        for Entry { name, place, item } in entries {
+            if self.is_full() {
+                return;
             }
-            _ if is_controls => self.note(place, Problem::NotASection { name: format!("camera.{CONTROLS}") }),
-            value => self.add_key(section, name.get_ref(), Given::of(value), place),
+            let is_controls = section.name == "camera" && name == CONTROLS;
+            match item {
+                Item::Table(controls) if is_controls => {
+                    for Entry { name, place, item } in controls {
+                        self.add_control(&name, item.given(), place);
+                    }
+                }
+                _ if is_controls => {
+                    self.note(place, Problem::NotASection { name: format!("camera.{CONTROLS}") });
+                }
+                item => self.add_key(section, &name, item.given(), place),
+            }
         }
     }
 
     fn add_key(&mut self, section: &Section, name: &str, given: Given, place: Place) {
         match find_key(section, name) {
-            Ok((key, unit)) => match self.setting(key).map(|first| first.place.clone()) {
+            Ok((key, unit)) => match self.setting(&key.path()).map(|first| first.place.clone()) {
                 Some(first) => self.note(place, Problem::Twice { key: key.path(), first }),
                 None => self.settings.push(Setting { key, unit, given, place }),
             },
@@ -160,7 +165,7 @@ impl Settings {
         }
         match find_section(section).and_then(|section| find_key(section, name)) {
             Ok((key, unit)) => {
-                self.forget(key);
+                self.forget(&key.path());
                 self.settings.push(Setting { key, unit, given, place });
             }
             Err(problem) => self.note(place, problem),
@@ -169,21 +174,19 @@ impl Settings {
 
     /// Drops keys that `is_ignored` selects, if their place has a lower rank than one of the keys `by`: they
     /// belong to the replaced choice.
-    pub(super) fn leave_out_below(&mut self, by: &[&'static Key], is_ignored: impl Fn(&Key) -> bool) {
-        let rank = by.iter().filter_map(|key| self.setting(key)).map(|setting| setting.place.rank()).max();
+    pub(super) fn leave_out_below(&mut self, by: &[&str], is_ignored: impl Fn(&Key) -> bool) {
+        let rank = by.iter().filter_map(|path| self.setting(path)).map(|setting| setting.place.rank()).max();
         self.settings.retain(|setting| !is_ignored(setting.key) || Some(setting.place.rank()) >= rank);
     }
 
-    /// Drops a key.
-    pub(super) fn forget(&mut self, key: &'static Key) {
-        self.settings.retain(|setting| setting.key.path() != key.path());
+    /// Drops the key at a path.
+    pub(super) fn forget(&mut self, path: &str) {
+        self.settings.retain(|setting| !setting.key.is(path));
     }
 
-    /// The setting of a key.
-    pub(super) fn setting(&self, key: &'static Key) -> Option<&Setting> {
-        self.settings
-            .iter()
-            .find(|setting| (setting.key.section, setting.key.name) == (key.section, key.name))
+    /// The setting of the key at a path.
+    pub(super) fn setting(&self, path: &str) -> Option<&Setting> {
+        self.settings.iter().find(|setting| setting.key.is(path))
     }
 }
 
@@ -209,13 +212,45 @@ fn outside(name: &str) -> Problem {
     Problem::OutsideSections { name: name.to_owned(), hint }
 }
 
-type Name<'i> = Spanned<toml::de::DeString<'i>>;
+/// What stands in a file or a record, before its keys are looked up.
+struct Entry {
+    name: String,
+    place: Place,
+    item: Item,
+}
 
-/// The entries of a table in the order of the file.
-fn in_order<'t, 'i>(table: &'t DeTable<'i>) -> Vec<(&'t Name<'i>, &'t DeValue<'i>)> {
-    let mut entries: Vec<_> = table.iter().map(|(name, value)| (name, value.get_ref())).collect();
-    entries.sort_by_key(|(name, _)| name.span().start);
-    entries
+enum Item {
+    Table(Vec<Entry>),
+    Value(Given),
+}
+
+impl Item {
+    fn given(self) -> Given {
+        match self {
+            Self::Table(_) => Given::Other("a table"),
+            Self::Value(given) => given,
+        }
+    }
+}
+
+/// The entries of a table in a record: an object, or pairs of name and value if their order counts.
+fn recorded_entries(value: &Json) -> Option<Vec<Entry>> {
+    let entry = |name: &str, value: &Json| Entry {
+        name: name.to_owned(),
+        place: Place::Record,
+        item: recorded_entries(value).map_or_else(|| Item::Value(Given::of_record(value)), Item::Table),
+    };
+    match value {
+        Json::Object(entries) => Some(entries.iter().map(|(name, value)| entry(name, value)).collect()),
+        Json::Array(pairs) => pairs
+            .iter()
+            .map(|pair| match pair.as_array()?.as_slice() {
+                [Json::String(name), value] => Some(entry(name, value)),
+                _ => None,
+            })
+            .collect(),
+        _ => None,
+    }
 }
 
 struct File<'a> {
@@ -225,8 +260,19 @@ struct File<'a> {
 }
 
 impl File<'_> {
-    fn place_of(&self, name: &Name<'_>) -> Place {
-        self.place(name.span().start)
+    /// The entries of a table in the order of the file.
+    fn entries(&self, table: &DeTable<'_>) -> Vec<Entry> {
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(name, _)| name.span().start);
+        let entry = |(name, value): (&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| Entry {
+            name: name.get_ref().to_string(),
+            place: self.place(name.span().start),
+            item: match value.get_ref() {
+                DeValue::Table(table) => Item::Table(self.entries(table)),
+                value => Item::Value(Given::of(value)),
+            },
+        };
+        entries.into_iter().map(entry).collect()
     }
 
     fn place(&self, byte: usize) -> Place {

@@ -2,18 +2,14 @@
 
 use super::error::Problem;
 use super::given::{Given, Value};
-use super::schema::{Allowed, Key, Kind};
 use epirig_core::settings::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
-use epirig_core::settings::{LARGEST, SMALLEST};
+use epirig_core::settings::{Allowed, Key, Kind, LARGEST, SMALLEST};
 
 /// Interprets `given` for a key whose name ended in `unit`.
 ///
 /// # Errors
 /// [`Problem`] if it is not valid.
 pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<Value, Problem> {
-    if let Given::Known(value) = given {
-        return Ok(value.clone());
-    }
     let found = match key.kind {
         Kind::Measure { .. } => return measured(key, unit, given).map(Value::Measure),
         Kind::Text => {

@@ -1,17 +1,14 @@
 //! The whole profile, typed.
 
-use serde::{Deserialize, Serialize};
+use std::ops::Deref;
 
-use super::parts::{
+use super::schema::{
     BoardProfile, CameraProfile, LimitsProfile, OpticsProfile, PlanProfile, SimProfile, StageProfile,
     TargetProfile,
 };
+use super::settings::Settings;
 
-/// A rig and a scan.
-///
-/// The round trip through a record is exact. A record has one object per section and one field per key, with
-/// its unit in the name; times are in s. Unknown fields are refused. Ranges are checked by
-/// [`read`](Self::read) only, because the program itself writes the records.
+/// A rig and a scan: its [`Sections`], and the settings that they were read from.
 ///
 /// ```
 /// use epirig::profile::{Override, Profile};
@@ -27,9 +24,31 @@ use super::parts::{
 /// );
 /// # Ok::<(), epirig::profile::ProfileError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone)]
 pub struct Profile {
+    pub(super) sections: Sections,
+    /// Free of mistakes.
+    pub(super) settings: Settings,
+}
+
+impl Deref for Profile {
+    type Target = Sections;
+
+    fn deref(&self) -> &Sections {
+        &self.sections
+    }
+}
+
+/// Profiles are equal if they mean the same, in whatever units they were written.
+impl PartialEq for Profile {
+    fn eq(&self, other: &Self) -> bool {
+        self.sections == other.sections
+    }
+}
+
+/// The sections of a profile.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sections {
     /// The stage and its connection.
     pub stage: StageProfile,
     /// The camera and its settings.
@@ -40,11 +59,18 @@ pub struct Profile {
     pub optics: OpticsProfile,
     /// The measured object.
     pub target: TargetProfile,
-    /// The hand-held chess-board; `None` if unknown.
-    #[serde(default)]
-    pub board: Option<BoardProfile>,
+    /// The hand-held chess-board.
+    pub board: BoardProfile,
     /// The limits of a scan.
     pub limits: LimitsProfile,
     /// The simulated rig.
     pub sim: SimProfile,
+}
+
+impl Sections {
+    /// The limits of a scan: it accepts the tolerance that the stage accepts.
+    pub fn scan_limits(&self) -> LimitsProfile {
+        let position_mm = self.limits.position_mm.max(self.stage.tolerance_mm);
+        LimitsProfile { position_mm, ..self.limits.clone() }
+    }
 }

@@ -1,10 +1,7 @@
 //! The plan of a profile.
 
-use serde::Serialize;
-use serde_json::Value;
-
 use super::{RigError, camera_settings, simulator_config};
-use crate::capture::{CaptureLimits, CapturePlan};
+use crate::capture::CapturePlan;
 use crate::profile::{self, Profile};
 use epirig_data::sequence::{FocalLength, NominalLens};
 
@@ -14,12 +11,12 @@ use epirig_data::sequence::{FocalLength, NominalLens};
 /// [`RigError`] if the plan is incomplete.
 pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
     let positions_mm = profile.plan.positions_mm().ok_or_else(|| rig_missing(&profile.plan))?;
-    let limits = &profile.limits;
-    if profile.plan.board > 0 && profile.board.is_none() {
+    if profile.plan.board > 0 && profile.board.chess_board().is_none() {
         return Err(RigError::NoBoard);
     }
-    let simulator =
-        if profile.camera.is_simulated() { Some(as_value(&simulator_config(profile)?)?) } else { None };
+    let simulated = profile.camera.is_simulated().then(|| simulator_config(profile)).transpose()?;
+    let simulator = simulated.map(serde_json::to_value).transpose();
+    let simulator = simulator.map_err(|error| RigError::Value { key: "sim", reason: error.to_string() })?;
     Ok(CapturePlan {
         settle: profile.plan.settle,
         camera: camera_settings(profile)?,
@@ -27,16 +24,9 @@ pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
         dark: profile.plan.dark,
         flat: profile.plan.flat,
         board: profile.plan.board,
-        limits: CaptureLimits {
-            retakes: limits.retakes,
-            saturated: limits.saturated,
-            // The scan accepts the tolerance that the driver accepts.
-            position_mm: limits.position_mm.max(profile.stage.tolerance_mm),
-            shift_px: limits.shift_px,
-            wait: limits.wait,
-        },
+        limits: profile.scan_limits(),
         lens: nominal_lens(&profile.optics),
-        rig: Some(as_value(profile)?),
+        rig: Some(profile.record()),
         simulator,
         ..CapturePlan::at(positions_mm)
     })
@@ -58,9 +48,5 @@ pub fn nominal_lens(optics: &profile::OpticsProfile) -> Option<NominalLens> {
         profile::FocalLength::Px(px) => FocalLength::Px(px),
         profile::FocalLength::Mm(length_mm) => FocalLength::ImageWidths(length_mm / optics.sensor_width_mm?),
     };
-    Some(NominalLens { focal_length, principal_point_px: optics.principal_point_px })
-}
-
-fn as_value(part: &impl Serialize) -> Result<Value, RigError> {
-    serde_json::to_value(part).map_err(|error| RigError::Value { key: "profile", reason: error.to_string() })
+    Some(NominalLens { focal_length, principal_point_px: optics.principal_point_px() })
 }

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::RigError;
-use crate::profile::{BoardProfile, PrintProfile, Profile, SceneName, SimFaults};
+use crate::profile::{Profile, SceneName, SimProfile};
+use epirig_calibration::target::{ChessBoard, Target};
 use epirig_devices::camera::Size;
 use epirig_simulator::{Bands, HandBoard, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError};
 
@@ -28,7 +29,7 @@ pub fn simulator_config(profile: &Profile) -> Result<SimulatorConfig, RigError> 
     let optics = &mut config.optics;
     optics.rows = size.rows;
     optics.principal_point_y_px = 0.5 * (size.rows as f64 - 1.0);
-    if let Some((x_px, y_px)) = profile.optics.principal_point_px {
+    if let Some((x_px, y_px)) = profile.optics.principal_point_px() {
         (optics.principal_point_x_px, optics.principal_point_y_px) = (x_px, y_px);
     }
     if let Some(focal_length_px) = profile.optics.focal_length_px(size.columns) {
@@ -46,22 +47,22 @@ pub fn simulator_config(profile: &Profile) -> Result<SimulatorConfig, RigError> 
     if let Some(step_mm) = profile.plan.step_mm {
         config.scan = SimulatedScan { start_mm: profile.plan.start_mm, step_mm, frames };
     }
-    config.sensor.read_noise_dn = profile.sim.noise_dn;
-    config.sensor.seed = config.sensor.seed.wrapping_add(profile.sim.seed);
-    config.texture.seed = profile.sim.texture_seed;
-    add_faults(&mut config, &profile.sim.faults, profile.sim.seed);
-    if let (Scene::Tile { side_mm, bands, .. }, Some(print)) = (&mut config.scene, &profile.target.print) {
-        *bands = Some(tile_bands(print, *side_mm)?);
+    add_faults(&mut config, &profile.sim);
+    if let (Scene::Tile { side_mm, bands, .. }, Some(print)) = (&mut config.scene, profile.target.print()) {
+        *bands = Some(tile_bands(&print, *side_mm)?);
     }
-    config.board = profile.board.map(|board| {
-        let BoardProfile { square_mm, columns, rows } = board;
+    config.board = profile.board.chess_board().map(|board| {
+        let ChessBoard { square_mm, columns, rows } = board;
         HandBoard { square_mm, columns: columns + 1, rows: rows + 1 }
     });
     Ok(config)
 }
 
-fn add_faults(config: &mut SimulatorConfig, faults: &SimFaults, seed: u64) {
+fn add_faults(config: &mut SimulatorConfig, faults: &SimProfile) {
     let SimulatorConfig { scene, optics, sensor, step_error, .. } = config;
+    sensor.read_noise_dn = faults.noise_dn;
+    sensor.seed = sensor.seed.wrapping_add(faults.seed);
+    config.texture.seed = faults.texture_seed;
     (optics.roll_rad, optics.pan_rad) = (faults.roll_rad, faults.pan_rad);
     optics.distortion.k1 = faults.k1;
     optics.vignetting = faults.vignetting;
@@ -69,7 +70,7 @@ fn add_faults(config: &mut SimulatorConfig, faults: &SimFaults, seed: u64) {
     sensor.pixel_gain_sigma = faults.pixel_gains;
     sensor.hot_pixels = faults.hot_pixels;
     if faults.step_error_um > 0.0 {
-        *step_error = StepError { sigma_um: faults.step_error_um, seed: seed.wrapping_add(1) };
+        *step_error = StepError { sigma_um: faults.step_error_um, seed: faults.seed.wrapping_add(1) };
     }
     if let Scene::Tile { bow_mm, .. } = scene {
         *bow_mm = faults.bow_mm;
@@ -80,12 +81,12 @@ fn add_faults(config: &mut SimulatorConfig, faults: &SimFaults, seed: u64) {
 }
 
 /// The chess-boards of a simulated tile, along its upper and its lower edge.
-fn tile_bands(print: &PrintProfile, side_mm: f64) -> Result<Bands, RigError> {
+fn tile_bands(print: &Target, side_mm: f64) -> Result<Bands, RigError> {
     /// Far below the resolution of a ruler.
     const SAME_MM: f64 = 1e-6;
-    let BoardProfile { square_mm, columns, rows } = print.board;
+    let ChessBoard { square_mm, columns, rows } = print.board;
     let distance_mm = side_mm - (rows + 1) as f64 * square_mm;
-    if print.band_distance_mm.is_none_or(|stated_mm| (stated_mm - distance_mm).abs() > SAME_MM) {
+    if print.bands != 2 || (print.band_distance_mm - distance_mm).abs() > SAME_MM {
         return Err(RigError::OtherBands { band_distance_mm: distance_mm });
     }
     Ok(Bands { square_mm, columns: columns + 1, rows: rows + 1 })

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{epirig, fails, images, names, simulator, succeeds, write_png};
-use epirig::profile::{BoardProfile, Profile};
+use epirig::profile::Profile;
+use epirig_calibration::target::ChessBoard;
 use epirig_core::frame::{Frame, Samples};
 use epirig_data::sequence::{ExitStatus, FrameKind, Origin, Sequence};
 use epirig_simulator::Simulator;
@@ -54,8 +55,8 @@ fn the_real_rig_is_captured_with_its_targets_and_its_truth() {
         assert!(sequence.read(frame).unwrap() == simulator.expose(position_mm, 0), "frame {}", frame.index);
     }
     let profile = Profile::of_sequence(&sequence).unwrap().unwrap();
-    assert_eq!(profile.board, Some(BoardProfile { square_mm: 16.0, columns: 9, rows: 6 }));
-    assert_eq!(profile.target.print.unwrap().board.columns, 18);
+    assert_eq!(profile.board.chess_board(), Some(ChessBoard { square_mm: 16.0, columns: 9, rows: 6 }));
+    assert_eq!(profile.target.print().unwrap().board.columns, 18);
     assert_eq!((profile.plan.frames, profile.plan.board), (Some(5), 2));
 }
 
@@ -139,12 +140,12 @@ fn calibration_images_are_imported_with_what_is_known_of_lens_and_targets() {
     // 25 mm before pixels of 10 mm / 64.
     assert_eq!(sequence.record().intrinsics.unwrap().focal_length_px, 160.0);
     let profile = Profile::of_sequence(&sequence).unwrap().unwrap();
-    assert_eq!(profile.board, Some(BoardProfile { square_mm: 16.0, columns: 9, rows: 6 }));
+    assert_eq!(profile.board.chess_board(), Some(ChessBoard { square_mm: 16.0, columns: 9, rows: 6 }));
     let lens = profile.optics.lens(64, 24).unwrap();
     assert_eq!((lens.focal_length_x_px, lens.distortion.k1), (160.0, -0.02));
     // The images were not taken with this stage and this plan.
     let nothing = Profile::of(&[]).unwrap();
-    assert_eq!((profile.stage, profile.plan), (nothing.stage, nothing.plan));
+    assert_eq!((&profile.stage, &profile.plan), (&nothing.stage, &nothing.plan));
 }
 
 #[test]

@@ -13,7 +13,8 @@ use crate::scan_fault_list::{
     AtFrame, FRAME, FRAMES, Mechanics, PATIENT_S, STAGE_FAULTS, StageFault, camera_faults, mechanics,
 };
 use crate::scan_outcome::{Noticed, ScanResult, outcome};
-use epirig::capture::{CaptureLimits, CapturePlan, PauseSwitch, Rig, Unattended, Unwatched, capture, resume};
+use epirig::capture::{CapturePlan, PauseSwitch, Rig, Unattended, Unwatched, capture, resume};
+use epirig::profile::LimitsProfile;
 use epirig_core::progress::Progress;
 use epirig_data::storage::RealDisk;
 use epirig_devices::camera::{SimCamera, SimFault};
@@ -31,7 +32,7 @@ fn simulator() -> Arc<Simulator> {
 
 /// Stops 2 mm apart, on whole steps of the stage.
 fn plan(step_mm: f64, wait_s: f64) -> CapturePlan {
-    let limits = CaptureLimits { wait: Duration::from_secs_f64(wait_s), ..CaptureLimits::default() };
+    let limits = LimitsProfile { wait: Duration::from_secs_f64(wait_s), ..LimitsProfile::default() };
     let place = |index: usize| ((10.0 + 2.0 * index as f64) / step_mm).round() * step_mm;
     CapturePlan { limits, ..CapturePlan::at((0..FRAMES).map(place).collect()) }
 }

@@ -43,6 +43,7 @@ pub fn write_sequence(simulator: &Simulator, light: &[Grid<f32>], extras: Extras
             stage: "simulator".to_owned(),
             camera: "simulator".to_owned(),
             configuration: None,
+            limits: None,
             rig: None,
             simulator: None,
         },

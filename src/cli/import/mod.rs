@@ -130,8 +130,8 @@ impl Import {
                 "--principal-point-px needs the focal length: give --focal-length-px, or a profile that has it with --rig".to_owned(),
             ));
         }
-        let recorded = profile.clone().map(Profile::of_lens_and_targets);
-        let rig = recorded.map(serde_json::to_value).transpose().map_err(CliError::output)?;
+        let recorded = profile.clone().map(Profile::of_lens_and_targets).transpose()?;
+        let rig = recorded.map(|profile| profile.record());
         let mut options = ImportOptions {
             frames: self.frames,
             exclude: self.exclude.clone(),
@@ -215,7 +215,9 @@ impl Import {
                 "note: plan.step of the profile is not used for the images; if they were taken with it, give --step-mm {step_mm}"
             ));
         }
-        if self.board.is_some() && profile.as_ref().is_none_or(|profile| profile.board.is_none()) {
+        if self.board.is_some()
+            && profile.as_ref().is_none_or(|profile| profile.board.chess_board().is_none())
+        {
             talk.say(
                 "note: the chess-board of --board is not described; describe it in [board] of a profile (--rig), or import again with --set \
                  board.square=..., board.columns and board.rows",
@@ -280,7 +282,7 @@ impl Import {
 
 /// The next command: calibration if there is anything to calibrate with or to measure, else the match.
 fn next(out: &Path, profile: Option<&Profile>, imported: &Imported, is_uneven: bool) -> String {
-    let has_target = profile.is_some_and(|profile| profile.target.print.is_some());
+    let has_target = profile.is_some_and(|profile| profile.target.print().is_some());
     match has_target || !imported.calibration_frames.is_empty() {
         // A target tells the positions.
         true if is_uneven && !has_target => format!("calibrate {} --positions texture", quoted(out)),

@@ -117,7 +117,7 @@ mod tests {
         let profile = draft.profile().unwrap();
         assert_eq!((profile.plan.step_mm, profile.plan.frames), (Some(1.5), Some(101)));
         assert_eq!(profile.target.relief_mm, Some(0.2));
-        let print = profile.target.print.unwrap();
+        let print = profile.target.print().unwrap();
         assert_eq!((print.board.columns, print.board.rows), (18, 2));
         assert_eq!(profile.optics.distance_mm, None);
         assert!(said.contains("optics.sensor_width") && said.contains("target.band_distance"), "{said}");

@@ -57,6 +57,11 @@ impl Options {
     pub(in crate::cli) fn profile(&self, text: &str, source: &str) -> Result<Profile, ProfileError> {
         Profile::read(text, source, &self.0)
     }
+
+    /// A profile with these changes.
+    pub(in crate::cli) fn over(&self, profile: Profile) -> Result<Profile, ProfileError> {
+        profile.changed(&self.0)
+    }
 }
 
 impl RigArgument {
@@ -99,7 +104,7 @@ impl RigArgument {
                 let (text, source) = named_profile(path)?;
                 Ok(Profile::read(&text, &source, &set)?)
             }
-            (None, Some(recorded)) => Ok(recorded.lens_and_targets_over(&set)?),
+            (None, Some(recorded)) => Ok(recorded.of_lens_and_targets()?.changed(&set)?),
             (None, None) => Ok(Profile::of(&set)?),
         }
     }

@@ -49,7 +49,7 @@ pub(in crate::panel) fn change_profile(
             .map(|mistake| FormMistake {
                 key: match mistake.place {
                     Place::Draft { key } | Place::Override { from: key } => Some(key),
-                    Place::Line { .. } => None,
+                    Place::Line { .. } | Place::Record => None,
                 },
                 words: mistake.problem.to_string(),
             })

@@ -1,5 +1,6 @@
 //! A scan, new or resumed, with all that the page sees of it.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use crate::capture::{CaptureError, CapturePlan, Rig, capture, resume};
 use crate::panel::live_map::{LiveMap, LiveMapMaker};
 use crate::panel::shared::Shared;
 use crate::panel::state::{LiveMapState, LogKind, ScanPhase, ScanState};
-use crate::profile::Profile;
+use crate::profile::{Draft, Profile};
 use crate::rig::capture_plan;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::{Sequence, SequenceError};
@@ -101,9 +102,13 @@ fn planned(
         return Ok((capture_plan(profile)?, None));
     }
     let sequence = Sequence::open(folder)?;
-    let mut recorded = Profile::of_sequence(&sequence)?.ok_or("this sequence was not made by a scan")?;
-    (recorded.stage.port, recorded.camera.device) =
-        (profile.stage.port.clone(), profile.camera.device.clone());
+    let recorded = Profile::of_sequence(&sequence)?.ok_or("this sequence was not made by a scan")?;
+    let now = |device: &Option<String>| device.clone().unwrap_or_default();
+    let devices = BTreeMap::from([
+        ("stage.port".to_owned(), now(&profile.stage.port)),
+        ("camera.device".to_owned(), now(&profile.camera.device)),
+    ]);
+    let recorded = Draft::of(&recorded).changed(&devices).profile()?;
     Ok((capture_plan(&recorded)?, Some(sequence)))
 }
 

@@ -4,18 +4,20 @@ use std::sync::Arc;
 
 use crate::panel::shared::{COLUMNS, ROWS, Shared};
 use crate::panel::state::TargetState;
-use crate::profile::BoardProfile;
 use epirig_calibration::target::{ChessBoard, FoundBoard, find_boards};
 use epirig_core::frame::Frame;
 
 /// Whether the profile describes a chess-board.
 pub(in crate::panel) fn has_target(shared: &Shared) -> bool {
-    shared.draft().profile().is_ok_and(|profile| profile.board.is_some() || profile.target.print.is_some())
+    shared
+        .draft()
+        .profile()
+        .is_ok_and(|profile| profile.board.chess_board().is_some() || profile.target.print().is_some())
 }
 
 /// Whether a simulated camera can be shown the chess-board that is held by hand.
 pub(in crate::panel) fn shows_board(shared: &Shared) -> bool {
-    shared.draft().profile().is_ok_and(|profile| profile.board.is_some())
+    shared.draft().profile().is_ok_and(|profile| profile.board.chess_board().is_some())
 }
 
 /// The board of the profile in `frame`: the one held by hand, or else those on the object. With `covers`, its
@@ -26,11 +28,10 @@ pub(in crate::panel) fn find_target(
     covers: bool,
 ) -> Option<TargetState> {
     let profile = shared.draft().profile().ok()?;
-    let by_hand = profile.board.map(|board| search("board", board, 1, frame));
+    let by_hand = profile.board.chess_board().map(|board| search("board", board, 1, frame));
     let printed = || {
-        let print = profile.target.print?;
-        let bands = if print.band_distance_mm.is_some() { 2 } else { 1 };
-        Some(search("target", print.board, bands, frame))
+        let print = profile.target.print()?;
+        Some(search("target", print.board, print.bands, frame))
     };
     let mut target = match by_hand {
         Some(found) if !found.corners.is_empty() => Some(found),
@@ -41,9 +42,8 @@ pub(in crate::panel) fn find_target(
     Some(target)
 }
 
-fn search(name: &'static str, board: BoardProfile, count: usize, frame: &Frame) -> TargetState {
-    let BoardProfile { square_mm, columns, rows } = board;
-    let found: Vec<FoundBoard> = find_boards(frame, &ChessBoard { columns, rows, square_mm }, count);
+fn search(name: &'static str, board: ChessBoard, count: usize, frame: &Frame) -> TargetState {
+    let found: Vec<FoundBoard> = find_boards(frame, &board, count);
     let corners: Vec<[f64; 2]> = found
         .iter()
         .flat_map(|board| &board.corners)
@@ -51,7 +51,7 @@ fn search(name: &'static str, board: BoardProfile, count: usize, frame: &Frame) 
         .collect();
     TargetState {
         name,
-        wanted: count * columns * rows,
+        wanted: count * board.columns * board.rows,
         complete: found.len() == count && found.iter().all(|board| board.complete),
         corners,
         blur_px: found.first().map(|board| board.blur_px),

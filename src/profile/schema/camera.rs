@@ -1,56 +1,66 @@
-//! The keys of section `camera`. Controls are named by the camera itself.
+//! The section `camera`. Controls are named by the camera itself.
 
-use epirig_core::choice::names;
-use epirig_core::settings::quantity::{HZ, S, US};
+use std::time::Duration;
+
+use super::super::given::Value;
+use super::section::{Allowed, FromValue, Kind, measure, section};
+use epirig_core::choice::{Choice as _, names};
+use epirig_core::settings::quantity::{HZ, S, US, Unit};
 use epirig_devices::camera::pixels::{BayerUse, FourCc};
-use epirig_devices::camera::{CameraChoice, Size};
+use epirig_devices::camera::{CameraChoice, Size, camera_driver};
 
-use super::key::{Allowed, Key, Kind, key, keys, measure};
+const CAMERA: Kind = Kind::Form {
+    allowed: "a path such as /dev/video0, a name in /dev/v4l/by-id, usb:SERIAL, replay:FOLDER or sim",
+    is_valid: |text| text.parse::<CameraChoice>().is_ok(),
+};
+const FORMAT: Kind = Kind::Form {
+    allowed: "a code of one to four characters, such as GREY or Y12",
+    is_valid: |text| text.parse::<FourCc>().is_ok(),
+};
+const SIZE: Kind =
+    Kind::Form { allowed: "COLUMNSxROWS, such as 1280x720", is_valid: |text| text.parse::<Size>().is_ok() };
 
-const CAMERA: &str = "a path such as /dev/video0, a name in /dev/v4l/by-id, usb:SERIAL, replay:FOLDER or sim";
-const FORMAT_CODE: &str = "a code of one to four characters, such as GREY or Y12";
-const SIZE_FORM: &str = "COLUMNSxROWS, such as 1280x720";
+section! {
+    /// The camera and its settings.
+    pub struct CameraProfile in "camera" {
+        /// The camera; by default the only one. sim shows the simulated object, replay:FOLDER shows the frames
+        /// of a sequence.
+        "device" => device: Option<String> = CAMERA, like "/dev/video0";
+        /// Pixel format; by default the deepest uncompressed grey.
+        "format" => format: Option<String> = FORMAT, like "GREY";
+        /// Columns and rows; by default the largest size.
+        "size" => size: Option<Size> = SIZE, like "1024x768";
+        /// Frames per second; by default not changed.
+        "rate" => rate_hz: Option<f64> = measure(HZ, Allowed::Positive), like "25 Hz";
+        /// Exposure time; under lamps on mains, whole half periods of the mains (10 ms at 50 Hz).
+        "exposure" => exposure_us: Option<f64> = measure(US, Allowed::Positive), like "10 ms";
+        /// Use of a colour mosaic: the sum of the two green pixels of each cell, or of all four.
+        "bayer" => bayer: Option<BayerUse> = Kind::Choice(names::<BayerUse>), like "green";
+        /// Longest wait for a good frame, and for a steady picture.
+        "patience" => patience: Duration = measure(S, Allowed::Positive), like "20 s" or "10 s";
+        /// Mains frequency of the lamps.
+        "mains" => mains_hz: Option<f64> = measure(HZ, Allowed::Among(&[50.0, 60.0])), like "50 Hz";
+    } and {
+        /// Controls in the order in which they are set: name as in commands, value as a name or as digits.
+        controls: Vec<(String, String)>,
+    }
+}
 
-keys!(
-    "camera",
-    DEVICE = key(
-        "device",
-        Kind::Form { allowed: CAMERA, is_valid: |text| text.parse::<CameraChoice>().is_ok() },
-        "/dev/video0",
-        "The camera; by default the only one. sim shows the simulated object, replay:FOLDER shows the frames of a sequence",
-    ),
-    FORMAT = key(
-        "format",
-        Kind::Form { allowed: FORMAT_CODE, is_valid: |text| text.parse::<FourCc>().is_ok() },
-        "GREY",
-        "Pixel format; by default the deepest uncompressed grey"
-    ),
-    SIZE = key(
-        "size",
-        Kind::Form { allowed: SIZE_FORM, is_valid: |text| text.parse::<Size>().is_ok() },
-        "1024x768",
-        "Columns and rows; by default the largest size"
-    ),
-    RATE = key("rate", measure(HZ, Allowed::Positive), "25 Hz", "Frames per second; by default not changed"),
-    EXPOSURE = key(
-        "exposure",
-        measure(US, Allowed::Positive),
-        "10 ms",
-        "Exposure time; under lamps on mains, whole half periods of the mains (10 ms at 50 Hz)",
-    ),
-    BAYER = key(
-        "bayer",
-        Kind::Choice(names::<BayerUse>),
-        "green",
-        "Use of a colour mosaic: the sum of the two green pixels of each cell, or of all four",
-    ),
-    PATIENCE = key(
-        "patience",
-        measure(S, Allowed::Positive),
-        "20 s",
-        "Longest wait for a good frame, and for a steady picture",
-    )
-    .or("10 s"),
-    MAINS =
-        key("mains", measure(HZ, Allowed::Among(&[50.0, 60.0])), "50 Hz", "Mains frequency of the lamps",),
-);
+impl CameraProfile {
+    /// Whether the camera is simulated.
+    pub fn is_simulated(&self) -> bool {
+        camera_driver(self.device.as_deref()).is_simulated()
+    }
+}
+
+impl FromValue for Size {
+    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
+        if let Value::Text(text) = value { text.parse().ok() } else { None }
+    }
+}
+
+impl FromValue for BayerUse {
+    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
+        if let Value::Choice(name) = value { Self::from_name(name) } else { None }
+    }
+}

@@ -1,25 +1,25 @@
 //! The sections and keys of a profile, for the reader and for the commented template.
 
-pub(super) mod camera;
-mod key;
-mod measurement;
-pub(super) mod sim;
+mod camera;
+mod optics;
+mod plan;
+mod section;
+mod sim;
 pub(super) mod stage;
+mod target;
 
 use super::error::{Problem, did_you_mean};
 
 use epirig_core::settings::quantity::Unit;
-pub(super) use epirig_core::settings::{Allowed, Key, Kind};
-pub(super) use measurement::{board, limits, optics, plan, target};
+use epirig_core::settings::{Key, Kind};
 
-/// A section.
-#[derive(Debug)]
-pub(super) struct Section {
-    pub(super) name: &'static str,
-    /// Its purpose, without full stop.
-    pub(super) meaning: &'static str,
-    keys: &'static [&'static Key],
-}
+pub use camera::CameraProfile;
+pub use optics::{FocalLength, OpticsProfile};
+pub use plan::{LimitsProfile, PlanProfile};
+pub(super) use section::{Section, default_of};
+pub use sim::{SceneName, SimProfile};
+pub use stage::StageProfile;
+pub use target::{BoardProfile, TargetProfile};
 
 impl Section {
     /// All keys; for the stage, those of all drivers too.
@@ -29,23 +29,19 @@ impl Section {
     }
 }
 
-const fn section(name: &'static str, meaning: &'static str, keys: &'static [&'static Key]) -> Section {
-    Section { name, meaning, keys }
-}
-
 /// The table in [`camera`] whose keys are the controls of the camera.
 pub(super) const CONTROLS: &str = "controls";
 
 /// All sections.
 pub(super) static SECTIONS: &[Section] = &[
-    section("stage", "The stage and its connection", stage::KEYS),
-    section("camera", "The camera and its settings", camera::KEYS),
-    section("plan", "The scan: positions and frames", plan::KEYS),
-    section("optics", "The lens and the sensor; heights in mm need them", optics::KEYS),
-    section("target", "The measured object, and the chess-boards printed on it", target::KEYS),
-    section("board", "The hand-held chess-board, to calibrate the lens", board::KEYS),
-    section("limits", "The limits of a scan", limits::KEYS),
-    section("sim", "The simulated rig; only with a simulated stage or camera", sim::KEYS),
+    StageProfile::SECTION,
+    CameraProfile::SECTION,
+    PlanProfile::SECTION,
+    OpticsProfile::SECTION,
+    TargetProfile::SECTION,
+    BoardProfile::SECTION,
+    LimitsProfile::SECTION,
+    SimProfile::SECTION,
 ];
 
 /// The section called `name`.

@@ -1,40 +1,41 @@
-//! The keys of section `stage`: those of all drivers, and those of single drivers.
+//! The section `stage`: the keys of all drivers, and those of single drivers.
 
-use epirig_core::settings::quantity::MM;
+use super::super::given::Value;
+use super::section::{Allowed, FromValue, Key, Kind, measure, section};
+use epirig_core::settings::Settings;
+use epirig_core::settings::quantity::{MM, Unit};
 use epirig_devices::stage::{Driver, driver_keys, drivers};
 
-use super::key::{Allowed, Key, Kind, key, keys, measure};
+section! {
+    /// The stage and its connection.
+    pub struct StageProfile in "stage" {
+        /// The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in memory.
+        "driver" => driver: Driver = Kind::Choice(|| drivers().iter().map(|driver| driver.name()).collect()),
+            like "grbl" or "native";
+        /// The port: a path, usb:SERIAL or usb:VID:PID; by default the only USB serial port.
+        "port" => port: Option<String> = Kind::Text, like "/dev/ttyACM0";
+        /// Unidirectional approach against backlash: distance below each position from which it is approached.
+        "approach" => approach_mm: f64 = measure(MM, Allowed::ZeroOrMore), like "0.5 mm" or "0 mm";
+        /// Allowed error of the reported position, beyond half a step.
+        "tolerance" => tolerance_mm: f64 = measure(MM, Allowed::ZeroOrMore), like "0.01 mm" or "0 mm";
+    } and {
+        /// The driver's own settings.
+        settings: Settings,
+    }
+}
 
-keys!(
-    "stage",
-    DRIVER = key(
-        "driver",
-        Kind::Choice(|| drivers().iter().map(|driver| driver.name()).collect()),
-        "grbl",
-        "The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in memory",
-    )
-    .or("native"),
-    PORT = key(
-        "port",
-        Kind::Text,
-        "/dev/ttyACM0",
-        "The port: a path, usb:SERIAL or usb:VID:PID; by default the only USB serial port"
-    ),
-    APPROACH = key(
-        "approach",
-        measure(MM, Allowed::ZeroOrMore),
-        "0.5 mm",
-        "Unidirectional approach against backlash: distance below each position from which it is approached",
-    )
-    .or("0 mm"),
-    TOLERANCE = key(
-        "tolerance",
-        measure(MM, Allowed::ZeroOrMore),
-        "0.01 mm",
-        "Allowed error of the reported position, beyond half a step",
-    )
-    .or("0 mm"),
-);
+impl StageProfile {
+    /// Whether the stage is simulated in memory.
+    pub fn is_simulated(&self) -> bool {
+        !self.driver.has_line()
+    }
+}
+
+impl FromValue for Driver {
+    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
+        if let Value::Choice(name) = value { Self::named(name) } else { None }
+    }
+}
 
 /// The keys of all drivers, each name once.
 pub(super) fn of_drivers() -> Vec<&'static Key> {
@@ -43,10 +44,11 @@ pub(super) fn of_drivers() -> Vec<&'static Key> {
 
 /// Whether a key of any section has an effect with `driver`.
 pub(in crate::profile) fn belongs_to(key: &Key, driver: Driver) -> bool {
-    if key.path() == PORT.path() {
+    if key.is("stage.port") {
         return driver.has_line();
     }
-    let is_common = key.section != "stage" || KEYS.iter().any(|common| common.name == key.name);
+    let common = StageProfile::SECTION.keys;
+    let is_common = key.section != "stage" || common.iter().any(|common| common.name == key.name);
     is_common || driver.keys().iter().any(|own| own.name == key.name)
 }
 

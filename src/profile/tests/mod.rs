@@ -1,16 +1,18 @@
 //! Reading of profiles, and refusals.
 
 mod messages;
+mod record;
 
 use std::time::Duration;
 
 use proptest::prelude::*;
 
 use super::schema::stage::drivers_with;
-use super::schema::{Key, SECTIONS, Section};
+use super::schema::{SECTIONS, Section};
 use super::*;
 use epirig_calibration::lens::Distortion;
-use epirig_core::settings::{Setting, Settings};
+use epirig_calibration::target::{ChessBoard, Target};
+use epirig_core::settings::{Key, Setting, Settings};
 use epirig_devices::camera::Size;
 use epirig_devices::camera::pixels::BayerUse;
 use epirig_devices::stage::Driver;
@@ -28,7 +30,7 @@ fn the_simulated_rig_is_the_papers() {
     let profile = Profile::read(SIM, "sim.toml", &[]).unwrap();
     let stage = &profile.stage;
     assert_eq!(stage.driver.name(), "sim");
-    for (name, number) in [("travel_mm", 200.0), ("velocity_mm_s", 5.0), ("acceleration_mm_s2", 20.0)] {
+    for (name, number) in [("travel", 200.0), ("velocity", 5.0), ("acceleration", 20.0)] {
         assert_eq!(stage.settings.get(name), Some(&Setting::Number(number)), "{name}");
     }
     assert_eq!(profile.camera.device.as_deref(), Some("sim"));
@@ -41,33 +43,28 @@ fn the_simulated_rig_is_the_papers() {
     assert!((focal_length_px - 25_600.0 / 9.0).abs() < 1e-9, "{focal_length_px}");
     assert_eq!(profile.optics.distance_mm, Some(900.0));
     assert_eq!(profile.target.relief_mm, Some(0.2));
-    let sim = SimProfile {
-        scene: SceneName::Tile,
-        noise_dn: 0.0,
-        seed: 0,
-        texture_seed: 1,
-        real_time: false,
-        faults: SimFaults::default(),
-    };
-    assert_eq!(profile.sim, sim);
-    assert_eq!((profile.target.print, profile.board), (None, None));
+    assert_eq!(profile.sim, SimProfile { scene: SceneName::Tile, ..SimProfile::default() });
+    assert_eq!((profile.target.print(), profile.board.chess_board()), (None, None));
 }
 
 #[test]
 fn the_real_rig_is_the_simulated_one_with_targets_and_faults() {
-    let mut profile = Profile::read(REAL, "real.toml", &[]).unwrap();
+    let profile = Profile::read(REAL, "real.toml", &[]).unwrap();
     let square_mm = 7.5;
-    let print = PrintProfile {
-        board: BoardProfile { square_mm, columns: 18, rows: 2 },
+    let print = Target {
+        board: ChessBoard { square_mm, columns: 18, rows: 2 },
+        bands: 2,
         // The tile's 150 mm less the squares above the upper first row and the two rows and a square below
         // the lower one.
-        band_distance_mm: Some(150.0 - square_mm - 2.0 * square_mm),
+        band_distance_mm: 150.0 - square_mm - 2.0 * square_mm,
     };
-    assert_eq!(profile.target.print, Some(print));
-    assert_eq!(profile.board, Some(BoardProfile { square_mm: 16.0, columns: 9, rows: 6 }));
+    assert_eq!(profile.target.print(), Some(print));
+    assert_eq!(profile.board.chess_board(), Some(ChessBoard { square_mm: 16.0, columns: 9, rows: 6 }));
     let plan = &profile.plan;
     assert_eq!((plan.dark, plan.flat, plan.board), (8, 16, 20));
-    let faults = SimFaults {
+    let found = &profile.sim;
+    let faults = SimProfile {
+        noise_dn: found.noise_dn,
         // Degrees x pi / 180.
         roll_rad: 0.7 * std::f64::consts::PI / 180.0,
         pan_rad: 0.4 * std::f64::consts::PI / 180.0,
@@ -81,17 +78,20 @@ fn the_real_rig_is_the_simulated_one_with_targets_and_faults() {
         black_level_dn: 3.0,
         pixel_gains: 0.005,
         hot_pixels: 5,
+        scene: SceneName::Tile,
+        ..SimProfile::default()
     };
-    let found = profile.sim.faults;
     assert!(
         (found.roll_rad - faults.roll_rad).abs() < 1e-15 && (found.pan_rad - faults.pan_rad).abs() < 1e-15
     );
-    assert_eq!(SimFaults { roll_rad: faults.roll_rad, pan_rad: faults.pan_rad, ..found }, faults);
+    assert_eq!(SimProfile { roll_rad: faults.roll_rad, pan_rad: faults.pan_rad, ..found.clone() }, faults);
     // The rest is as with the other one.
-    (profile.target.print, profile.board) = (None, None);
-    (profile.plan.dark, profile.plan.flat, profile.plan.board) = (0, 0, 0);
-    (profile.sim.faults, profile.sim.noise_dn) = (SimFaults::default(), 0.0);
-    assert_eq!(profile, Profile::read(SIM, "sim.toml", &[]).unwrap());
+    let papers = Profile::read(SIM, "sim.toml", &[]).unwrap();
+    let mut rest = profile.sections;
+    rest.target = TargetProfile { relief_mm: rest.target.relief_mm, ..TargetProfile::default() };
+    (rest.board, rest.sim) = (BoardProfile::default(), papers.sim.clone());
+    (rest.plan.dark, rest.plan.flat, rest.plan.board) = (0, 0, 0);
+    assert_eq!(rest, papers.sections);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn the_papers_rig_says_what_the_paper_says() {
 #[test]
 fn what_is_left_out_has_the_promised_defaults() {
     let profile = Profile::of(&[]).unwrap();
-    let expected = Profile {
+    let expected = Sections {
         stage: StageProfile {
             driver: Driver::named("native").unwrap(),
             port: None,
@@ -140,12 +140,24 @@ fn what_is_left_out_has_the_promised_defaults() {
             focal_length: None,
             focal_length_sigma: 0.02,
             sensor_width_mm: None,
-            principal_point_px: None,
+            principal_point_x_px: None,
+            principal_point_y_px: None,
             distance_mm: None,
-            distortion: Distortion::default(),
+            k1: 0.0,
+            k2: 0.0,
+            p1: 0.0,
+            p2: 0.0,
+            k3: 0.0,
         },
-        target: TargetProfile { relief_mm: None, print: None },
-        board: None,
+        target: TargetProfile {
+            relief_mm: None,
+            square_mm: None,
+            columns: None,
+            rows: None,
+            bands: 1,
+            band_distance_mm: None,
+        },
+        board: BoardProfile { square_mm: None, columns: None, rows: None },
         limits: LimitsProfile {
             retakes: 3,
             saturated: 0.01,
@@ -159,10 +171,22 @@ fn what_is_left_out_has_the_promised_defaults() {
             seed: 0,
             texture_seed: 1,
             real_time: false,
-            faults: SimFaults::default(),
+            roll_rad: 0.0,
+            pan_rad: 0.0,
+            k1: 0.0,
+            vignetting: 0.0,
+            flicker: 0.0,
+            drift: 0.0,
+            highlight_dn: 0.0,
+            step_error_um: 0.0,
+            bow_mm: 0.0,
+            black_level_dn: 0.0,
+            pixel_gains: 0.0,
+            hot_pixels: 0,
         },
     };
-    assert_eq!(profile, expected);
+    assert_eq!(profile.sections, expected);
+    assert_eq!((LimitsProfile::default(), PlanProfile::default()), (expected.limits, expected.plan));
 }
 
 #[test]
@@ -235,7 +259,7 @@ fn every_section_is_read_in_any_spelling() {
     let stage = &profile.stage;
     assert_eq!((stage.driver.name(), stage.port.as_deref()), ("zaber", Some("usb:A1")));
     assert_eq!(stage.settings.get("device"), Some(&Setting::Whole(2)));
-    assert_eq!(stage.settings.get("microstep_um"), Some(&Setting::Number(0.047_625)));
+    assert_eq!(stage.settings.get("microstep"), Some(&Setting::Number(0.047_625)));
     assert_eq!((stage.approach_mm, stage.tolerance_mm), (0.5, 0.01));
     let camera = &profile.camera;
     assert_eq!((camera.rate_hz, camera.exposure_us, camera.mains_hz), (Some(25.0), Some(8000.0), Some(50.0)));
@@ -247,15 +271,15 @@ fn every_section_is_read_in_any_spelling() {
     assert_eq!((plan.start_mm, plan.step_mm, plan.settle), (10.0, Some(1.5), Duration::from_millis(200)));
     assert_eq!((plan.average, plan.dark, plan.flat, plan.board), (4, 16, 8, 30));
     assert_eq!(profile.optics.focal_length, Some(FocalLength::Px(2844.5)));
-    assert_eq!(profile.optics.principal_point_px, Some((511.5, -3.0)));
+    assert_eq!(profile.optics.principal_point_px(), Some((511.5, -3.0)));
     assert_eq!(profile.optics.distance_mm, Some(900.0));
     assert_eq!(profile.optics.focal_length_sigma, 0.01);
     let distortion = Distortion { k1: -0.2, k2: 1.0, p1: 0.001, p2: -0.002, k3: 10.5 };
-    assert_eq!(profile.optics.distortion, distortion);
-    let printed = BoardProfile { square_mm: 7.5, columns: 18, rows: 2 };
-    let print = PrintProfile { board: printed, band_distance_mm: Some(127.5) };
-    assert_eq!(profile.target, TargetProfile { relief_mm: Some(0.2), print: Some(print) });
-    assert_eq!(profile.board, Some(BoardProfile { square_mm: 16.0, columns: 9, rows: 6 }));
+    assert_eq!(profile.optics.lens(9, 9).unwrap().distortion, distortion);
+    let board = ChessBoard { square_mm: 7.5, columns: 18, rows: 2 };
+    let print = Target { board, bands: 2, band_distance_mm: 127.5 };
+    assert_eq!((profile.target.relief_mm, profile.target.print()), (Some(0.2), Some(print)));
+    assert_eq!(profile.board.chess_board(), Some(ChessBoard { square_mm: 16.0, columns: 9, rows: 6 }));
     let limits = LimitsProfile {
         retakes: 0,
         saturated: 0.25,
@@ -367,7 +391,9 @@ fn from(settings: &[(&str, &str)]) -> Vec<Override> {
 #[test]
 fn what_belongs_to_a_driver_that_was_overridden_is_left_out() {
     let grbl = "[stage]\ndriver = \"grbl\"\nport = \"usb:A1\"\naxis = \"y\"\napproach = \"1 mm\"\n";
-    let stage = |overrides: &[(&str, &str)]| Profile::read(grbl, "rig.toml", &from(overrides)).unwrap().stage;
+    let stage = |overrides: &[(&str, &str)]| {
+        Profile::read(grbl, "rig.toml", &from(overrides)).unwrap().sections.stage
+    };
     let simulated = stage(&[("stage.driver=sim", "--driver")]);
     assert_eq!(
         (simulated.driver.name(), simulated.port, simulated.settings.get("axis")),
@@ -400,7 +426,7 @@ fn the_simulated_rig_can_be_given_a_real_stage_and_a_real_camera() {
     let stage = ("stage.driver=native", "--set");
     let profile = read(&[stage]).unwrap();
     assert_eq!(profile.stage.driver.name(), "native");
-    assert_eq!(profile.stage.settings.get("travel_mm"), None);
+    assert_eq!(profile.stage.settings.get("travel"), None);
     assert!(profile.camera.is_simulated());
     assert_eq!(profile.sim.scene, SceneName::Tile, "the camera looks at it still");
     let camera = ("camera.device=/dev/video0", "EPIRIG_CAMERA");

@@ -1,6 +1,6 @@
 //! A key: its name, its unit, its range, its default and its meaning.
 
-use super::quantity::{NS, Quantity, UNITS, Unit};
+use super::quantity::{Quantity, UNITS, Unit};
 
 /// Longest time, in h: so that a duration is exact as a number of seconds.
 pub const LONGEST_H: f64 = 24.0;
@@ -75,7 +75,7 @@ pub enum Kind {
     Flag,
     /// A quantity.
     Measure {
-        /// The unit of records and of the typed value, and the one that messages propose.
+        /// The unit of the values of drivers, and the one that messages propose.
         unit: Unit,
         /// A unit of another quantity that may stand instead.
         or: Option<Unit>,
@@ -142,18 +142,6 @@ impl Kind {
         let least_ns = if allowed == Allowed::Positive { 1.0 } else { 0.0 };
         (least_ns..=LONGEST_H * NS_PER_H).contains(&time_ns)
     }
-
-    /// Whether `value`, in the key's unit, is allowed and of a usual size.
-    pub(super) fn allows_number(self, value: f64) -> bool {
-        match self {
-            Self::Measure { unit, allowed, .. } if unit.quantity == Quantity::Time => {
-                Self::allows_time(allowed, super::quantity::Measure { value, unit }.in_unit(NS))
-            }
-            Self::Measure { allowed, .. } => allowed.is_of_usual_size(value) && allowed.holds(value),
-            Self::Number => value.is_finite(),
-            _ => false,
-        }
-    }
 }
 
 /// A key.
@@ -207,12 +195,9 @@ impl Key {
         format!("{}.{}", self.section, self.name)
     }
 
-    /// With its unit, as records have it: `step_mm`.
-    pub fn record_name(&self) -> String {
-        match self.kind {
-            Kind::Measure { unit, .. } => format!("{}_{}", self.name, unit.suffix),
-            _ => self.name.to_owned(),
-        }
+    /// Whether this is the key at a path such as `plan.step`.
+    pub fn is(&self, path: &str) -> bool {
+        path.split_once('.') == Some((self.section, self.name))
     }
 
     /// All names under which it may be given: plain, and with each unit.

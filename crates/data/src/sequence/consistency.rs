@@ -118,19 +118,11 @@ impl Sequence {
         }
     }
 
-    /// How far the stage may be from where it was sent, in mm, by the recorded rig; `None` if none was recorded.
-    fn position_tolerance_mm(&self) -> Option<f64> {
-        let rig = self.record().origin.rig()?;
-        let number = |key| rig.pointer(key).and_then(serde_json::Value::as_f64);
-        // What the driver is told to put up with, a scan does, too.
-        Some(number("/limits/position_mm")?.max(number("/stage/tolerance_mm").unwrap_or(0.0)))
-    }
-
     /// Checks that all certificates of a scan agree (until it is resumed with other limits), and that each
     /// attempt before a frame is recorded.
     fn check_certificates(&self, found: &mut Vec<Finding>) {
         let mut shared = None;
-        let mut tolerance_mm = self.position_tolerance_mm();
+        let mut tolerance_mm = self.record().origin.limits().map(|limits| limits.position_mm);
         let mut retakes: BTreeMap<usize, usize> = BTreeMap::new();
         for event in self.events() {
             match event {
@@ -203,10 +195,9 @@ impl Sequence {
         }
         let Some(seen) = &closure.comparison else { return };
         let resumed = self.events().iter().any(|event| matches!(event, Event::Resumed(_)));
-        let limits = self.record().origin.rig().and_then(|rig| rig.pointer("/limits/shift_px"));
         // A scan may be resumed with other limits than it was begun with.
-        let allowed_px =
-            limits.and_then(|limit| limit.as_f64()).filter(|_| !resumed).unwrap_or(f64::INFINITY);
+        let limits = self.record().origin.limits().filter(|_| !resumed);
+        let allowed_px = limits.map_or(f64::INFINITY, |limits| limits.shift_px);
         let can_be = seen.frame < self.record().frames && seen.sigma_px >= 0.0 && seen.light > 0.0;
         if !can_be || seen.x_px.hypot(seen.y_px) > allowed_px {
             let problem = format!(

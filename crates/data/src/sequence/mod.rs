@@ -42,8 +42,8 @@ pub use positions::read_positions;
 pub use reader::{JOURNAL, Sequence};
 pub use record::{
     CameraRecord, CertificateRecord, ClosureRecord, ComparisonRecord, Event, ExitStatus, ExposureRecord,
-    FORMAT_VERSION, FrameKind, FrameRecord, Intrinsics, Origin, ResumedRecord, RetakeRecord, SequenceRecord,
-    StopRecord, TimesRecord,
+    FORMAT_VERSION, FrameKind, FrameRecord, Intrinsics, LimitsRecord, Origin, ResumedRecord, RetakeRecord,
+    SequenceRecord, StopRecord, TimesRecord,
 };
 pub use verify::{VerifyReport, verify};
 pub use writer::refuse_existing;

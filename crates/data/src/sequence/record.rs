@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 /// Version of the records that this program writes and reads.
-pub const FORMAT_VERSION: u32 = 3;
+pub const FORMAT_VERSION: u32 = 4;
 
 /// Where the frames come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,9 @@ pub enum Origin {
         /// The camera's settings, read back.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         configuration: Option<CameraRecord>,
+        /// The limits that the scan was begun with.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        limits: Option<LimitsRecord>,
         /// The rig's profile and plan, as far as the program knows how to connect to it again.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         rig: Option<serde_json::Value>,
@@ -78,6 +81,20 @@ impl Origin {
             Self::Rectified { .. } => None,
         }
     }
+
+    /// The limits that a scan was begun with, if they were recorded.
+    pub fn limits(&self) -> Option<LimitsRecord> {
+        if let Self::Captured { limits, .. } = self { *limits } else { None }
+    }
+}
+
+/// The limits of a scan, by which its records are judged.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LimitsRecord {
+    /// How far readings of the stage may be from where it was sent, in mm.
+    pub position_mm: f64,
+    /// How far the picture may have moved where a stop is taken again, in px.
+    pub shift_px: f64,
 }
 
 /// The settings of a camera, as its driver reports them.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::CameraRecord;
+use super::{CameraRecord, LimitsRecord};
 
 /// The keys of a start record that depend on the kind of its origin: of all kinds, and none of them needed.
 #[derive(Debug, Deserialize)]
@@ -25,6 +25,8 @@ struct OriginKeys {
     _camera: Option<String>,
     #[serde(rename = "configuration")]
     _configuration: Option<CameraRecord>,
+    #[serde(rename = "limits")]
+    _limits: Option<LimitsRecord>,
     #[serde(rename = "folder")]
     _folder: Option<String>,
     #[serde(rename = "conversions")]

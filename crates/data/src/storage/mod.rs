@@ -35,8 +35,7 @@ pub use interruption::abandon;
 pub use lines::open_lines;
 pub use read::{ReadError, kind, open_file, read_file, read_named, read_text};
 pub use record::{
-    LARGEST_RECORD, RecordError, RecordFault, parse_record, parse_value, read_record, read_record_of_kinds,
-    record_in,
+    LARGEST_RECORD, RecordError, RecordFault, parse_record, read_record, read_record_of_kinds, record_in,
 };
 pub use replace::{put_in_place, recover};
 pub use scratch::{Scratch, is_scratch, is_writing, parent};

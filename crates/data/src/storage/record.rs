@@ -86,18 +86,6 @@ pub fn parse_record<T: DeserializeOwned>(text: &str) -> Result<T, RecordFault> {
     Ok(record)
 }
 
-/// The record in a value that is part of another. Faults have no line.
-///
-/// # Errors
-/// The key and what is wrong with it.
-pub fn parse_value<T: DeserializeOwned>(value: serde_json::Value) -> Result<T, RecordFault> {
-    serde_path_to_error::deserialize(value).map_err(|error| RecordFault {
-        line: 0,
-        key: error.path().to_string(),
-        reason: in_words(&error.inner().to_string()),
-    })
-}
-
 /// What serde says, without names of types: they mean nothing to whoever reads a record.
 fn in_words(said: &str) -> String {
     let Some((found, expected)) = said.split_once(", expected ") else { return said.to_owned() };

@@ -4,9 +4,6 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::{Mutex, PoisonError};
 
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
 use super::driver::StageDriver;
 use super::grbl::Grbl;
 use super::native::Native;
@@ -17,7 +14,7 @@ use epirig_core::settings::Key;
 /// The first is the default.
 static BUILT_IN: [&dyn StageDriver; 4] = [&Native, &Grbl, &Zaber, &Simulated];
 
-/// One of the [`drivers`](super::drivers()). Records hold its name.
+/// One of the [`drivers`](super::drivers()).
 #[derive(Clone, Copy)]
 pub struct Driver(&'static dyn StageDriver);
 
@@ -26,9 +23,11 @@ impl Driver {
     pub fn named(name: &str) -> Option<Self> {
         drivers().into_iter().find(|driver| driver.name() == name)
     }
+}
 
-    /// The default driver: epirig's own firmware.
-    pub fn usual() -> Self {
+impl Default for Driver {
+    /// That of epirig's own firmware.
+    fn default() -> Self {
         Self(BUILT_IN[0])
     }
 }
@@ -58,22 +57,6 @@ impl fmt::Debug for Driver {
 impl fmt::Display for Driver {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         to.pad(self.name())
-    }
-}
-
-impl Serialize for Driver {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_str(self.name())
-    }
-}
-
-impl<'de> Deserialize<'de> for Driver {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(from)?;
-        Self::named(&name).ok_or_else(|| {
-            let known: Vec<&str> = drivers().iter().map(|driver| driver.name()).collect();
-            D::Error::custom(format!("unknown stage driver {name:?}; the drivers are {}", known.join(", ")))
-        })
     }
 }
 
@@ -126,10 +109,7 @@ mod tests {
             assert_eq!(driver.simulated(FaultScript::default(), 1).is_some(), driver.has_line(), "{driver}");
             assert!(driver.keys().iter().all(|key| key.section == "stage"), "{driver}");
             assert!(driver.page().starts_with("# "), "{driver}: its page has no title");
-            let json = serde_json::to_string(&driver).unwrap();
-            assert_eq!(serde_json::from_str::<Driver>(&json).unwrap(), driver);
         }
-        let error = serde_json::from_str::<Driver>("\"grlb\"").unwrap_err().to_string();
-        assert!(error.contains("grlb") && error.contains("native, grbl, zaber"), "{error}");
+        assert_eq!(Driver::named("grlb"), None);
     }
 }

@@ -27,6 +27,7 @@ fn write_sequence(folder: &Path) -> Vec<Frame> {
             stage: "simulator".to_owned(),
             camera: "simulator".to_owned(),
             configuration: None,
+            limits: None,
             rig: None,
             simulator: None,
         },
