@@ -6,6 +6,9 @@ use std::path::Path;
 
 use super::error::ResultsError;
 use super::kind::ResultsKind;
+use super::maps::ResultMap;
+use super::names::NAMES;
+use epirig_core::choice::Choice as _;
 use epirig_data::storage::{is_in_the_making, is_of_the_system, is_scratch, is_writing};
 
 /// Refuses `target`, unless it does not exist, is an empty folder, or holds results of the same kind that may
@@ -34,7 +37,7 @@ pub(super) fn check_target(target: &Path, kind: ResultsKind, overwrite: bool) ->
     for (name, is_folder) in entries(target)? {
         occupied = true;
         if !is_folder {
-            if !kind.has(&name) {
+            if !has(kind, &name) {
                 return Err(foreign(name));
             }
             continue;
@@ -44,7 +47,7 @@ pub(super) fn check_target(target: &Path, kind: ResultsKind, overwrite: bool) ->
         }
         for (inside, is_folder) in entries(&target.join(&name))? {
             let inside = format!("{name}/{inside}");
-            if is_folder || !kind.has(&inside) {
+            if is_folder || !has(kind, &inside) {
                 return Err(foreign(inside));
             }
         }
@@ -54,6 +57,18 @@ pub(super) fn check_target(target: &Path, kind: ResultsKind, overwrite: bool) ->
         true if !there(kind.summary()) => Err(ResultsError::NoSummary { path: target.to_owned(), kind }),
         _ => Ok(()),
     }
+}
+
+/// Whether results of this kind may have a file of this name, which may be in one of their folders.
+fn has(kind: ResultsKind, name: &str) -> bool {
+    if let Some(name) = name.strip_prefix("surface/") {
+        return kind == ResultsKind::Match && has(ResultsKind::Surface, name);
+    }
+    let is_map = |map: &ResultMap| map.row().kind == kind && map.row().file == name;
+    let chart = name.strip_suffix(".png").or_else(|| name.strip_suffix(".csv"));
+    let is_named = |other: &str| if other.contains('.') { other == name } else { Some(other) == chart };
+    let is_other = |&(of, other): &(ResultsKind, &str)| of == kind && is_named(other);
+    name == kind.summary() || ResultMap::ALL.iter().any(is_map) || NAMES.iter().any(is_other)
 }
 
 /// Sorted names in a folder, each with whether it is a folder; without leftovers and files of the system.
@@ -78,4 +93,37 @@ fn entries(folder: &Path) -> Result<Vec<(String, bool)>, ResultsError> {
     }
     found.sort();
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ResultsKind::{Compare, Match, Surface};
+    use super::has;
+
+    #[test]
+    fn each_kind_has_its_files_alone() {
+        for (kind, name) in [
+            (Match, "match.json"),
+            (Match, "mask.png"),
+            (Match, "height-along-row.csv"),
+            (Match, "figures/6-disparity-along-row.png"),
+            (Match, "surface/profile.csv"),
+            (Surface, "filtered_mm.tiff"),
+            (Surface, "height.png"),
+            (Compare, "difference_sigma_mm.tiff"),
+        ] {
+            assert!(has(kind, name), "{name}");
+        }
+        for (kind, name) in [
+            (Match, "disparity.png.csv"),
+            (Match, "height-along-row"),
+            (Match, "6-disparity-along-row.png"),
+            (Match, "surface/mask.png"),
+            (Surface, "surface/profile.csv"),
+            (Surface, "match.json"),
+            (Compare, "difference.csv"),
+        ] {
+            assert!(!has(kind, name), "{name}");
+        }
+    }
 }
