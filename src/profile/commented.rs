@@ -3,7 +3,7 @@
 use super::schema::{CONTROLS, SECTIONS, stage};
 use super::value::line;
 use epirig_core::settings::Key;
-use epirig_core::settings::quantity::Quantity;
+use epirig_core::settings::quantity::UNITS;
 
 /// Columns of a comment.
 const WIDTH: usize = 100;
@@ -48,17 +48,8 @@ pub(super) fn template(
     text.comment(
         "A quantity has its unit in the value (step = \"1.5 mm\") or in the key (step_mm = 1.5). Units:",
     );
-    for quantity in [
-        Quantity::Length,
-        Quantity::Time,
-        Quantity::Frequency,
-        Quantity::Velocity,
-        Quantity::Acceleration,
-        Quantity::Share,
-        Quantity::Angle,
-        Quantity::Pixels,
-        Quantity::Levels,
-    ] {
+    for units in UNITS.chunk_by(|one, next| one.quantity == next.quantity) {
+        let quantity = units[0].quantity;
         text.comment(&format!("  {}: {}", quantity.noun(), quantity.unit_names()));
     }
     text.comment("In a key, units are in small letters, with _ for / and percent for %: velocity_mm_s, rate_hz, saturated_percent.");

@@ -88,7 +88,7 @@ pub struct Mistake {
 }
 
 /// Names and values in a file may contain line breaks.
-fn one_line(problem: &Problem) -> String {
+pub(super) fn one_line(problem: &Problem) -> String {
     problem.to_string().replace(char::is_control, " ")
 }
 

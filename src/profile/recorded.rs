@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::{Map, Value as Json, json};
 use thiserror::Error;
 
-use super::error::{Mistake, ProfileError};
+use super::error::{ProfileError, one_line};
 use super::read::{ignored, read};
 use super::schema::{CONTROLS, SECTIONS, default_of};
 use super::settings::Settings;
@@ -17,17 +17,16 @@ use epirig_data::sequence::{Finding, Origin, Sequence};
 /// A recorded rig that cannot be read.
 #[derive(Debug, Error)]
 #[error(
-    "{}: its recorded rig cannot be read: {}; use the program that wrote it ({program}), or restore the file from a copy",
-    path.display(),
-    mistake.problem
+    "{}: its recorded rig cannot be read: {problems}; use the program that wrote it ({program}), or restore the file from a copy",
+    path.display()
 )]
 pub struct RecordedRigError {
     /// The start record.
     pub path: PathBuf,
     /// The program that wrote it.
     pub program: String,
-    /// What is wrong first.
-    pub mistake: Mistake,
+    /// What is wrong with it.
+    pub problems: String,
 }
 
 impl Fault for RecordedRigError {
@@ -45,10 +44,13 @@ impl Profile {
     pub fn of_sequence(sequence: &Sequence) -> Result<Option<Self>, RecordedRigError> {
         let record = sequence.record();
         let profile = record.origin.rig().map(Self::of_record).transpose();
-        profile.map_err(|mut error| RecordedRigError {
+        let problems = |error: ProfileError| -> Vec<String> {
+            error.mistakes.iter().map(|mistake| one_line(&mistake.problem)).collect()
+        };
+        profile.map_err(|error| RecordedRigError {
             path: sequence.folder().join("sequence.json"),
             program: record.program.clone(),
-            mistake: error.mistakes.swap_remove(0),
+            problems: problems(error).join("; "),
         })
     }
 

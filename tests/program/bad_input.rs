@@ -271,7 +271,7 @@ fn records_that_cannot_be_understood() {
     sequence(folder.path());
     let path = folder.path().join("seq/sequence.json");
     let record = fs::read_to_string(&path).unwrap();
-    fs::write(&path, record.replace("\"format\": 3", "\"format\": 99")).unwrap();
+    fs::write(&path, record.replace("\"format\": 4", "\"format\": 99")).unwrap();
     fails(folder.path(), &["match", "seq"], 5, &["sequence.json", "version 99"]);
     fs::write(&path, &record[..record.len() / 2]).unwrap();
     fails(folder.path(), &["match", "seq"], 5, &["sequence.json"]);

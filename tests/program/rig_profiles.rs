@@ -185,8 +185,8 @@ fn a_sequence_knows_its_rig_and_its_calibration_frames() {
     let sequence = Sequence::open(&folder.path().join("seq")).unwrap();
     let Origin::Captured { rig: Some(rig), .. } = &sequence.record().origin else { panic!() };
     assert_eq!(
-        (rig["stage"]["driver"].as_str(), rig["limits"]["saturated"].as_f64()),
-        (Some("sim"), Some(0.02))
+        (rig["stage"]["driver"].as_str(), rig["limits"]["saturated"].as_str()),
+        (Some("sim"), Some("2 %"))
     );
     let count = |wanted: fn(&Event) -> bool| sequence.events().iter().filter(|event| wanted(event)).count();
     assert_eq!(count(|event| matches!(event, Event::Dark(_))), 2);

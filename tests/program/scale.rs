@@ -35,8 +35,8 @@ impl Measured {
     fn with(folder: &Path, focal_length_sigma: &str) -> Self {
         let record = folder.join("seq/sequence.json");
         let mut text: serde_json::Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
-        text["origin"]["rig"]["optics"]["focal_length_sigma"] =
-            focal_length_sigma.parse::<f64>().unwrap().into();
+        let percent = 100.0 * focal_length_sigma.parse::<f64>().unwrap();
+        text["origin"]["rig"]["optics"]["focal_length_sigma"] = format!("{percent} %").into();
         fs::write(&record, serde_json::to_vec_pretty(&text).unwrap()).unwrap();
         let json = succeeds(folder, &["surface", "seq", "--overwrite", "--json"]);
         let said = succeeds(folder, &["surface", "seq", "--overwrite"]);
@@ -76,7 +76,7 @@ fn the_interval_holds_the_uncertainty_of_the_focal_length() {
     succeeds(folder, &["match", "seq"]);
     let record: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.join("seq/sequence.json")).unwrap()).unwrap();
-    assert_eq!(record["origin"]["rig"]["optics"]["focal_length_sigma"], 0.02, "that of a data sheet");
+    assert_eq!(record["origin"]["rig"]["optics"]["focal_length_sigma"], "2 %", "that of a data sheet");
 
     let exact = Measured::with(folder, "0.0");
     let depth_mm = exact.number("/levels/depth/depth_mm");

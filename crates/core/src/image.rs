@@ -1,4 +1,6 @@
-//! Images made smaller: one value for each square of pixels.
+//! Images made smaller: one value for each square of `side` x `side` pixels.
+//!
+//! All functions panic if `side` is 0.
 
 use std::iter::Sum;
 use std::ops::AddAssign;
@@ -8,9 +10,6 @@ use crate::grid::Grid;
 
 /// Sums over squares of `side` x `side` values of an image with so many columns, row by row. What is left at
 /// the right and at the bottom is dropped.
-///
-/// # Panics
-/// If `side` is 0.
 ///
 /// ```
 /// use epirig_core::image::square_sums;
@@ -49,17 +48,11 @@ fn means<T: Copy + Into<f32>>(values: &[T], rows: usize, columns: usize, side: u
 /// Means over squares of `side` x `side` pixels. What is left at the right and at the bottom is dropped.
 ///
 /// The mean at (x, y) has its centre at (side x + c, side y + c) of the image, with c = (side - 1) / 2.
-///
-/// # Panics
-/// If `side` is 0.
 pub fn reduced(image: &Grid<f32>, side: usize) -> Grid<f32> {
     means(image.values(), image.rows(), image.columns(), side)
 }
 
 /// As [`reduced`], of the samples of a frame, in DN.
-///
-/// # Panics
-/// If `side` is 0.
 pub fn reduced_frame(frame: &Frame, side: usize) -> Grid<f32> {
     match frame.samples() {
         Samples::U8(values) => means(values, frame.rows(), frame.columns(), side),
@@ -69,9 +62,6 @@ pub fn reduced_frame(frame: &Frame, side: usize) -> Grid<f32> {
 
 /// Means of the finite values in squares of `side` x `side` pixels, smaller ones at the right and at the
 /// bottom. NaN where none is finite, or less than `least_share` of the square.
-///
-/// # Panics
-/// If `side` is 0.
 ///
 /// ```
 /// use epirig_core::grid::Grid;
@@ -83,22 +73,15 @@ pub fn reduced_frame(frame: &Frame, side: usize) -> Grid<f32> {
 pub fn reduced_known(map: &Grid<f32>, side: usize, least_share: f64) -> Grid<f32> {
     let (rows, columns) = (map.rows(), map.columns());
     let mut small = Grid::filled(rows.div_ceil(side), columns.div_ceil(side), f32::NAN);
-    let mut squares = vec![(0.0_f32, 0_usize); small.columns()];
     for y in 0..small.rows() {
-        let within = y * side..((y + 1) * side).min(rows);
-        squares.fill((0.0, 0));
-        for row in within.clone() {
-            for ((sum, known), part) in squares.iter_mut().zip(map.row(row).chunks(side)) {
-                for value in part.iter().filter(|value| value.is_finite()) {
-                    *sum += value;
-                    *known += 1;
-                }
-            }
-        }
-        for (x, (mean, &(sum, known))) in small.row_mut(y).iter_mut().zip(&squares).enumerate() {
-            let pixels = within.len() * side.min(columns - x * side);
-            if known > 0 && known as f64 >= least_share * pixels as f64 {
-                *mean = sum / known as f32;
+        let down = y * side..((y + 1) * side).min(rows);
+        for (x, mean) in small.row_mut(y).iter_mut().enumerate() {
+            let across = x * side..((x + 1) * side).min(columns);
+            let values = down.clone().flat_map(|row| &map.row(row)[across.clone()]);
+            let known = values.filter(|value| value.is_finite());
+            let (sum, count) = known.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+            if count > 0 && f64::from(count) >= least_share * (down.len() * across.len()) as f64 {
+                *mean = sum / count as f32;
             }
         }
     }

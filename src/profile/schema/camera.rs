@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use super::super::given::Value;
-use super::section::{Allowed, FromValue, Kind, measure, section};
+use super::section::{Allowed, Kind, from_value, measure, section};
 use epirig_core::choice::{Choice as _, names};
-use epirig_core::settings::quantity::{HZ, S, US, Unit};
+use epirig_core::settings::quantity::{HZ, S, US};
 use epirig_devices::camera::pixels::{BayerUse, FourCc};
 use epirig_devices::camera::{CameraChoice, Size, camera_driver};
 
@@ -53,14 +53,7 @@ impl CameraProfile {
     }
 }
 
-impl FromValue for Size {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        if let Value::Text(text) = value { text.parse().ok() } else { None }
-    }
-}
-
-impl FromValue for BayerUse {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        if let Value::Choice(name) = value { Self::from_name(name) } else { None }
-    }
+from_value! {
+    Size: Value::Text(text) => text.parse().ok();
+    BayerUse: Value::Choice(name) => Self::from_name(name);
 }

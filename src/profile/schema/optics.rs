@@ -1,9 +1,9 @@
 //! The section `optics`: the lens and the sensor.
 
 use super::super::given::Value;
-use super::section::{Allowed, FromValue, Kind, measure, section};
+use super::section::{Allowed, Kind, from_value, measure, section};
 use epirig_calibration::lens::{Distortion, Lens};
-use epirig_core::settings::quantity::{MM, PERCENT, PX, Quantity, Unit};
+use epirig_core::settings::quantity::{MM, PERCENT, PX, Quantity};
 
 /// Focal length of the lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,16 +14,11 @@ pub enum FocalLength {
     Mm(f64),
 }
 
-impl FromValue for FocalLength {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        match value {
-            Value::Measure(length) if length.unit.quantity == Quantity::Pixels => {
-                Some(Self::Px(length.in_unit(PX)))
-            }
-            Value::Measure(length) => Some(Self::Mm(length.in_unit(MM))),
-            _ => None,
-        }
-    }
+from_value! {
+    FocalLength: Value::Measure(length) => Some(match length.unit.quantity {
+        Quantity::Pixels => Self::Px(length.in_unit(PX)),
+        _ => Self::Mm(length.in_unit(MM)),
+    });
 }
 
 section! {

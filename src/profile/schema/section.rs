@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::super::given::{Given, Value};
 use super::super::value::interpret;
-use epirig_core::settings::quantity::{Measure, NS, PERCENT, UNITS, Unit};
+use epirig_core::settings::quantity::{NS, PERCENT, UNITS, Unit};
 pub(super) use epirig_core::settings::{Allowed, Key, Kind};
 
 /// A section.
@@ -35,6 +35,7 @@ macro_rules! section {
     ) => {
         $(#[doc = $about])+
         #[derive(Debug, Clone, PartialEq)]
+        #[allow(rustdoc::broken_intra_doc_links, reason = "a name in brackets is a section of a file")]
         pub struct $struct {
             $(
                 $(#[doc = $meaning])+
@@ -144,38 +145,26 @@ impl FromValue for f64 {
     }
 }
 
-impl FromValue for Duration {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        // The allowed range is far below 2^64 ns.
-        let whole_ns = |time: Measure| Self::from_nanos(time.in_unit(NS).round() as u64);
-        if let Value::Measure(time) = value { Some(whole_ns(time)) } else { None }
-    }
-}
-
-impl FromValue for bool {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        if let Value::Flag(flag) = value { Some(flag) } else { None }
-    }
-}
-
-impl FromValue for usize {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        if let Value::Whole(number) = value { Self::try_from(number).ok() } else { None }
-    }
-}
-
-impl FromValue for u64 {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        if let Value::Whole(number) = value { Self::try_from(number).ok() } else { None }
-    }
-}
-
-impl FromValue for String {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        match value {
-            Value::Text(text) => Some(text),
-            Value::Choice(name) => Some(name.to_owned()),
-            _ => None,
+/// Implements [`FromValue`] for types that one kind of value makes.
+macro_rules! from_value {
+    ($($type:ty: $value:pat => $made:expr;)+) => {$(
+        impl $crate::profile::schema::section::FromValue for $type {
+            fn from_value(
+                value: $crate::profile::given::Value,
+                _: Option<epirig_core::settings::quantity::Unit>,
+            ) -> Option<Self> {
+                if let $value = value { $made } else { None }
+            }
         }
-    }
+    )+};
+}
+pub(super) use from_value;
+
+from_value! {
+    // The allowed range is far below 2^64 ns.
+    Duration: Value::Measure(time) => Some(Self::from_nanos(time.in_unit(NS).round() as u64));
+    bool: Value::Flag(flag) => Some(flag);
+    usize: Value::Whole(number) => Self::try_from(number).ok();
+    u64: Value::Whole(number) => Self::try_from(number).ok();
+    String: Value::Text(text) => Some(text);
 }

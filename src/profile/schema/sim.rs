@@ -1,9 +1,9 @@
 //! The section `sim`: the simulator and its imperfections.
 
 use super::super::given::Value;
-use super::section::{Allowed, FromValue, Kind, measure, section};
+use super::section::{Allowed, Kind, from_value, measure, section};
 use epirig_core::choice::{Choice as _, names};
-use epirig_core::settings::quantity::{DEG, DN, MM, PERCENT, UM, Unit};
+use epirig_core::settings::quantity::{DEG, DN, MM, PERCENT, UM};
 
 epirig_core::choices! {
     /// The scene of the simulator.
@@ -19,11 +19,7 @@ epirig_core::choices! {
     }
 }
 
-impl FromValue for SceneName {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        if let Value::Choice(name) = value { Self::from_name(name) } else { None }
-    }
-}
+from_value! { SceneName: Value::Choice(name) => Self::from_name(name); }
 
 section! {
     /// The simulated rig; only with a simulated stage or camera.

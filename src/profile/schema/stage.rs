@@ -1,9 +1,9 @@
 //! The section `stage`: the keys of all drivers, and those of single drivers.
 
 use super::super::given::Value;
-use super::section::{Allowed, FromValue, Key, Kind, measure, section};
+use super::section::{Allowed, Key, Kind, from_value, measure, section};
 use epirig_core::settings::Settings;
-use epirig_core::settings::quantity::{MM, Unit};
+use epirig_core::settings::quantity::MM;
 use epirig_devices::stage::{Driver, driver_keys, drivers};
 
 section! {
@@ -31,11 +31,7 @@ impl StageProfile {
     }
 }
 
-impl FromValue for Driver {
-    fn from_value(value: Value, _: Option<Unit>) -> Option<Self> {
-        if let Value::Choice(name) = value { Self::named(name) } else { None }
-    }
-}
+from_value! { Driver: Value::Choice(name) => Self::named(name); }
 
 /// The keys of all drivers, each name once.
 pub(super) fn of_drivers() -> Vec<&'static Key> {

@@ -111,11 +111,13 @@ fn whatever_is_told_twice_has_to_agree() {
         assert_eq!(output.status.code(), Some(5), "{words:?}: {said}");
         assert!(words.iter().all(|word| said.contains(word)), "{words:?}: {said}");
     }
-    let records: [(&str, &str, &[&str]); 6] = [
+    let records: [(&str, &str, &[&str]); 8] = [
         ("\"uid\": \"", "\"uid\": \"x", &["no UUID"]),
         ("\"created\": \"", "\"created\": \"x", &["created is no date"]),
         ("\n    \"focal_length_px\": ", "\n    \"focal_length_px\": 1", &["focal length"]),
-        ("\"step_mm\": ", "\"step_mm\": 1", &["planned positions"]),
+        ("\"step\": \"", "\"step\": \"1", &["planned positions"]),
+        ("\"shift_px\": ", "\"shift_px\": 1", &["the limits"]),
+        ("\"saturated\": \"", "\"position_um\": 1,\n \"saturated\": \"", &["limits.position is given twice"]),
         ("\"focal_length_px\": ", "\"focal_length_px\": 1", &["simulated rig"]),
         ("\"averaged\": 1", "\"averaged\": 2", &["averaged"]),
     ];
@@ -184,17 +186,17 @@ fn numbers_that_cannot_be_are_refused() {
 #[test]
 fn a_recorded_plan_that_no_rig_has_is_refused() {
     for (from, to) in [
-        ("\"frames\": 8,\n        \"settle_s\"", "\"frames\": 1000000000000000,\n        \"settle_s\""),
+        ("\"frames\": 8,\n        \"settle\"", "\"frames\": 1000000000000000,\n        \"settle\""),
         ("\"average\": 1", "\"average\": 1000000000000000"),
         ("\"dark\": 0", "\"dark\": 1000000000000000"),
         ("\"retakes\": 3", "\"retakes\": 1000000000000000"),
-        ("\"start_mm\": 10.0", "\"start_mm\": 1e300"),
+        ("\"start\": \"10 mm\"", "\"start\": \"1e300 mm\""),
     ] {
         let folder = folder();
         captured(folder.path());
         edit(folder.path(), "sequence.json", from, to);
         for verb in ["resume", "calibrate"] {
-            fails(folder.path(), &[verb, "seq"], 5, &["sequence.json", "rig."]);
+            fails(folder.path(), &[verb, "seq"], 5, &["sequence.json", "recorded rig"]);
         }
         let output = epirig(folder.path(), &["verify", "seq"]);
         assert_eq!(output.status.code(), Some(5), "{to}");
