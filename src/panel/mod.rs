@@ -4,16 +4,19 @@
 //! [`Panel`] shows a rig, too: one thread owns stage and camera and obeys the orders of the page, another
 //! looks at the pictures, a third makes the live map of a scan.
 
-mod asked;
 mod background;
 mod error;
 mod live_map;
+mod parameters;
+mod questions;
+mod requests;
 mod results;
 mod rig;
 mod scan;
 mod shared;
 mod site;
 mod state;
+mod table;
 
 pub use error::PanelError;
 pub use live_map::{LiveMap, LiveMapMaker};

@@ -74,6 +74,11 @@ impl Query {
         self.0.get(name).map(String::as_str)
     }
 
+    /// All names with their texts.
+    pub fn pairs(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.0.iter().map(|(name, text)| (name.as_str(), text.as_str()))
+    }
+
     /// The value of `name`.
     ///
     /// # Errors

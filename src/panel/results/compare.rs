@@ -1,21 +1,32 @@
 //! Two results of one sequence, compared.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::mesh::{blocks_for, means};
 use super::view::ResultsView;
 use crate::panel::PanelError;
+use crate::panel::questions::Framed;
 use crate::pipeline::{OpenedResults, open_results};
 use crate::results::results_beside;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
-use epirig_server::{Query, Refusal, Reply};
 
 /// Most pixels of a comparison that are sent.
 const MOST: usize = 1 << 20;
 
+/// What is to be compared.
+#[derive(Deserialize)]
+pub(super) struct CompareQuery {
+    /// Name of the other results.
+    #[serde(default)]
+    with: String,
+    /// Heights, if it begins so, else disparities.
+    map: Option<String>,
+}
+
+/// How the differences are spread.
 #[derive(Serialize)]
-struct Comparison {
+pub(super) struct CompareInfo {
     rows: usize,
     columns: usize,
     step: usize,
@@ -35,22 +46,22 @@ struct InSigma {
 }
 
 /// This map less that of the results in the folder `with`, and the same in combined sigmas.
-pub(super) fn compare(view: &ResultsView, query: &Query) -> Result<Reply, Refusal> {
-    let name = query.text("with").unwrap_or_default();
+pub(super) fn compare(view: &ResultsView, asked: &CompareQuery) -> Result<Framed<CompareInfo>, PanelError> {
+    let name = asked.with.as_str();
     // Names come from the sequence's folder alone, so none leads out of it.
     if !results_beside(view.sequence.folder()).iter().any(|known| known == name) {
-        return Err(PanelError::NotThere(format!("there are no results \"{name}\" of this sequence")).into());
+        return Err(PanelError::NotThere(format!("there are no results \"{name}\" of this sequence")));
     }
-    let other = open_results(&view.sequence, &view.sequence.folder().join(name)).map_err(PanelError::from)?;
+    let other = open_results(&view.sequence, &view.sequence.folder().join(name))?;
     let own = view.results()?;
-    let as_heights = query.text("map").is_some_and(|map| map.starts_with("height"));
+    let as_heights = asked.map.as_ref().is_some_and(|map| map.starts_with("height"));
     let (unit, maps) = if as_heights { ("mm", heights(own).zip(heights(&other))) } else { ("px", None) };
     let unit = if maps.is_some() { unit } else { "px" };
     let [first, second] = maps.map_or([disparity(own), disparity(&other)], |(first, second)| [first, second]);
     let size = |map: &Grid<f32>| (map.rows(), map.columns());
     if size(first.0) != size(second.0) {
         let message = format!("the results \"{name}\" are of another size: match both the same way");
-        return Err(PanelError::Wrong(message).into());
+        return Err(PanelError::Wrong(message));
     }
     let mut difference = first.0.clone();
     let mut in_sigmas = first.0.clone();
@@ -69,7 +80,7 @@ pub(super) fn compare(view: &ResultsView, query: &Query) -> Result<Reply, Refusa
     };
     let step = blocks_for(&difference, MOST);
     let shown = means(&difference, step);
-    let facts = Comparison {
+    let facts = CompareInfo {
         rows: shown.rows(),
         columns: shown.columns(),
         step,
@@ -82,7 +93,7 @@ pub(super) fn compare(view: &ResultsView, query: &Query) -> Result<Reply, Refusa
     };
     let mut values = shown.values().to_vec();
     values.extend_from_slice(means(&in_sigmas, step).values());
-    Reply::framed(&facts, &values)
+    Ok(Framed(facts, values))
 }
 
 /// A map and its sigma.

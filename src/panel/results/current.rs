@@ -3,13 +3,15 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError, RwLock};
 
 use serde_json::Value;
 
 use super::view::ResultsView;
-use super::{facts, largest_question};
+use super::{facts, questions, tiles};
 use crate::panel::PanelError;
+use crate::panel::questions::{Answer, Json, Method, Question, Questions};
+use crate::panel::requests::Nothing;
 use epirig_server::{Query, Refusal, RefusalKind, Reply, Site};
 
 /// The results of a sequence, answering questions about what is on disk now.
@@ -91,41 +93,52 @@ impl CurrentResults {
     }
 }
 
-/// Refuses a question about other results than these.
-fn check(view: &ResultsView, of: Option<&str>) -> Result<(), Refusal> {
+/// These results, unless the question is about others.
+fn check(view: Arc<ResultsView>, of: Option<&str>) -> Result<Arc<ResultsView>, Refusal> {
     if of.is_none_or(|of| of == view.id) {
-        return Ok(());
+        return Ok(view);
     }
     let why = "these are other results than those on the page: they were matched again, or another sequence was \
                opened; load the page again";
     Err(Refusal::new(RefusalKind::Outdated, why))
 }
 
+/// All questions about results as they are now.
+pub(in crate::panel) fn results_questions() -> impl Iterator<Item = Question<CurrentResults>> {
+    let first = [
+        Question::get("about", |view: &ResultsView, Nothing {}| Ok(Json(facts::about(view))))
+            .of(|current: &CurrentResults, _| Ok(current.view()?)),
+        Question::new(Method::Get, "results", |view, _| Json(facts::results(view)).reply())
+            .of(|current: &CurrentResults, _| Ok(current.view()?)),
+    ];
+    // They are those of the page, or are refused.
+    let tiles = tiles()
+        .into_iter()
+        .map(|row| row.of(|current: &CurrentResults, asked| check(current.held(), asked.query.text("of"))));
+    let others = questions().into_iter().map(|row| {
+        row.of(|current: &CurrentResults, asked| {
+            let of = asked.query.text("of").or_else(|| asked.json.get("of").and_then(Value::as_str));
+            check(current.view()?, of)
+        })
+    });
+    first.into_iter().chain(tiles).chain(others)
+}
+
+/// The table.
+static QUESTIONS: LazyLock<Questions<CurrentResults>> =
+    LazyLock::new(|| Questions(results_questions().collect()));
+
 impl Site for CurrentResults {
     fn get(&self, path: &[&str], query: &Query) -> Result<Reply, Refusal> {
-        let view = match path {
-            // Tiles are in memory, and there are many: they are those of the page, or are refused.
-            ["maps" | "frames", ..] => self.held(),
-            _ => self.view()?,
-        };
-        match path {
-            ["about"] => Reply::json(&facts::about(&view)),
-            ["results"] => Reply::json(&facts::results(&view)),
-            _ => {
-                check(&view, query.text("of"))?;
-                view.get(path, query)
-            }
-        }
+        QUESTIONS.get(self, path, query)
     }
 
     fn post(&self, path: &[&str], asked: &Value) -> Result<Reply, Refusal> {
-        let view = self.view()?;
-        check(&view, asked.get("of").and_then(Value::as_str))?;
-        view.post(path, asked)
+        QUESTIONS.post(self, path, asked)
     }
 
     fn largest_body(&self, path: &[&str]) -> usize {
-        largest_question(path)
+        QUESTIONS.largest(path)
     }
 
     fn is_open_to_all(&self, _path: &[&str]) -> bool {

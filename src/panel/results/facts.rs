@@ -3,33 +3,40 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use super::frames::FrameKind;
 use super::view::{RESULTS, ResultsView};
 use crate::panel::results::maps::MapFacts;
 use crate::results::{MatchSummary, ResultsKind, results_beside};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::Origin;
 
+/// The program, and what it shows.
 #[derive(Serialize)]
-pub(super) struct About<'a> {
+pub(in crate::panel) struct About {
     program: &'static str,
     version: &'static str,
+    /// `view` or `ui`.
     mode: &'static str,
+    /// Whether there is a rig.
     rig: bool,
-    may_control: bool,
-    sequence: String,
-    results: &'a str,
+    sequence: Option<String>,
+    /// Which results are there; another text after another match, or for another sequence.
+    results: Option<String>,
 }
 
-pub(super) fn about(view: &ResultsView) -> About<'_> {
-    About {
-        program: "epirig",
-        version: env!("CARGO_PKG_VERSION"),
-        mode: "view",
-        rig: false,
-        may_control: false,
-        sequence: view.sequence.name(),
-        results: &view.id,
+impl About {
+    pub(in crate::panel) fn of(
+        mode: &'static str,
+        rig: bool,
+        sequence: Option<String>,
+        results: Option<String>,
+    ) -> Self {
+        Self { program: "epirig", version: env!("CARGO_PKG_VERSION"), mode, rig, sequence, results }
     }
+}
+
+pub(super) fn about(view: &ResultsView) -> About {
+    About::of("view", false, Some(view.sequence.name()), Some(view.id.clone()))
 }
 
 #[derive(Serialize)]
@@ -87,8 +94,8 @@ struct FramesFacts {
     columns: usize,
     bit_depth: u8,
     reference: usize,
-    kinds: Vec<&'static str>,
-    matched: &'static str,
+    kinds: Vec<FrameKind>,
+    matched: FrameKind,
 }
 
 pub(super) fn results(view: &ResultsView) -> Facts<'_> {
@@ -141,7 +148,7 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
             bit_depth: record.bit_depth,
             reference: matched.map_or(0, |summary| summary.reference),
             kinds: view.frames.kinds(),
-            matched: if calibrated { "rectified" } else { "raw" },
+            matched: if calibrated { FrameKind::Rectified } else { FrameKind::Raw },
         },
     }
 }

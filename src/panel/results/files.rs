@@ -6,7 +6,7 @@ use super::view::ResultsView;
 use crate::calibrate::{calibration_pictures, read_calibration_picture};
 use crate::panel::PanelError;
 use crate::results::ResultFiles;
-use epirig_server::{Refusal, Reply};
+use epirig_server::Reply;
 
 /// Before the names of the files of the surface.
 const SURFACE: &str = "surface/";
@@ -32,11 +32,11 @@ pub(super) fn downloads(view: &ResultsView) -> Vec<FileFacts> {
 }
 
 /// One of them.
-pub(super) fn download(view: &ResultsView, name: &str) -> Result<Reply, Refusal> {
+pub(super) fn download(view: &ResultsView, name: &str) -> Result<Reply, PanelError> {
     let own = view.results.as_ref().map(|results| (&results.files, name));
     let of_surface = name.strip_prefix(SURFACE).and_then(|name| Some((view.surface.as_ref()?, name)));
     let found = of_surface.or(own).map(|(files, name)| files.bytes(name)).transpose();
-    let bytes = found.map_err(PanelError::from)?.flatten();
+    let bytes = found?.flatten();
     let bytes =
         bytes.ok_or_else(|| PanelError::NotThere(format!("there is no file {name} in the results")))?;
     let media_type = match name.rsplit_once('.').map(|(_, ending)| ending) {
@@ -74,13 +74,13 @@ pub(super) fn calibration(view: &ResultsView) -> Option<CalibrationFacts> {
 }
 
 /// A picture of the calibration, by its name with `.png`.
-pub(super) fn calibration_picture(view: &ResultsView, name: &str) -> Result<Reply, Refusal> {
+pub(super) fn calibration_picture(view: &ResultsView, name: &str) -> Result<Reply, PanelError> {
     let folder = view.sequence.folder();
     let name = name.strip_suffix(".png").unwrap_or(name);
     if !calibration_pictures(folder).iter().any(|known| known == name) {
-        return Err(PanelError::NotThere(format!("the calibration has no picture {name}")).into());
+        return Err(PanelError::NotThere(format!("the calibration has no picture {name}")));
     }
-    Ok(Reply::file("image/png", read_calibration_picture(folder, name).map_err(PanelError::from)?))
+    Ok(Reply::file("image/png", read_calibration_picture(folder, name)?))
 }
 
 /// A name as a person reads it.

@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use serde::{Deserialize, Serialize};
+
 use super::pyramid::{Place, Pyramid, Reduction};
 use crate::calibrate::{Calibration, rectifier};
 use crate::panel::PanelError;
@@ -14,15 +16,16 @@ use epirig_data::sequence::Sequence;
 /// Frames that are kept in memory, for somebody who plays them up and down.
 const KEPT: usize = 8;
 
-/// Whether a frame is as captured or rectified.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+/// Whether a frame is as captured, or corrected and rectified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum FrameKind {
     Raw,
     Rectified,
 }
 
 /// A frame that was asked for lately.
-type Kept = (usize, Kind, Arc<Pyramid>);
+type Kept = (usize, FrameKind, Arc<Pyramid>);
 
 pub(super) struct Frames {
     sequence: Sequence,
@@ -37,15 +40,21 @@ impl Frames {
     }
 
     /// The kinds that there are.
-    pub(super) fn kinds(&self) -> Vec<&'static str> {
-        if self.calibration.is_some() { vec!["raw", "rectified"] } else { vec!["raw"] }
+    pub(super) fn kinds(&self) -> Vec<FrameKind> {
+        let rectified = self.calibration.is_some().then_some(FrameKind::Rectified);
+        std::iter::once(FrameKind::Raw).chain(rectified).collect()
     }
 
     /// The values of a tile of frame `t`, in DN.
     ///
     /// # Errors
     /// [`PanelError`] if there is no such frame or tile, or it cannot be read.
-    pub(super) fn tile(&self, t: &str, kind: Option<&str>, place: Place) -> Result<Vec<f32>, PanelError> {
+    pub(super) fn tile(
+        &self,
+        t: usize,
+        kind: Option<FrameKind>,
+        place: Place,
+    ) -> Result<Vec<f32>, PanelError> {
         self.picture_of(t, kind)?.tile(place)
     }
 
@@ -53,14 +62,11 @@ impl Frames {
     ///
     /// # Errors
     /// As [`tile`](Self::tile).
-    pub(super) fn picture_of(&self, t: &str, kind: Option<&str>) -> Result<Arc<Pyramid>, PanelError> {
-        let wrong = |what: &str| PanelError::NotThere(format!("there is no {what}"));
-        let t: usize = t.parse().map_err(|_| wrong(&format!("frame {t}")))?;
-        let kind = match kind {
-            None | Some("raw") => Kind::Raw,
-            Some("rectified") if self.calibration.is_some() => Kind::Rectified,
-            Some(other) => return Err(wrong(&format!("{other} frame"))),
-        };
+    pub(super) fn picture_of(&self, t: usize, kind: Option<FrameKind>) -> Result<Arc<Pyramid>, PanelError> {
+        let kind = kind.unwrap_or(FrameKind::Raw);
+        if !self.kinds().contains(&kind) {
+            return Err(PanelError::NotThere("there is no rectified frame".to_owned()));
+        }
         self.picture(t, kind)
     }
 
@@ -69,10 +75,10 @@ impl Frames {
     /// # Errors
     /// As [`tile`](Self::tile).
     pub(super) fn as_matched(&self, t: usize) -> Result<Arc<Pyramid>, PanelError> {
-        self.picture(t, if self.calibration.is_some() { Kind::Rectified } else { Kind::Raw })
+        self.picture(t, if self.calibration.is_some() { FrameKind::Rectified } else { FrameKind::Raw })
     }
 
-    fn picture(&self, t: usize, kind: Kind) -> Result<Arc<Pyramid>, PanelError> {
+    fn picture(&self, t: usize, kind: FrameKind) -> Result<Arc<Pyramid>, PanelError> {
         let lock = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((.., picture)) = lock().iter().find(|(index, of, _)| (*index, *of) == (t, kind)) {
             return Ok(Arc::clone(picture));
@@ -81,7 +87,7 @@ impl Frames {
         let record = record.ok_or_else(|| PanelError::NotThere(format!("there is no frame {t}")))?;
         let frame = self.sequence.read(record)?;
         let grid = match (kind, &self.calibration) {
-            (Kind::Rectified, Some((calibration, maps))) => {
+            (FrameKind::Rectified, Some((calibration, maps))) => {
                 let rectifier = self.rectifier(calibration, maps)?;
                 // A volume has two frames at least.
                 let mut volume = rectifier.volume(frame.bit_depth(), Tau::equidistant(2)?);

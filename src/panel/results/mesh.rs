@@ -4,15 +4,17 @@ use serde::Serialize;
 
 use super::surface::heights;
 use super::view::ResultsView;
+use crate::panel::PanelError;
+use crate::panel::questions::Framed;
 use epirig_core::grid::Grid;
 use epirig_core::image::reduced_known;
-use epirig_server::{Query, Refusal, Reply};
 
 /// Most points that are sent.
 const MOST: usize = 1_000_000;
 
+/// What stands before the heights.
 #[derive(Serialize)]
-struct MeshFacts {
+pub(super) struct MeshInfo {
     rows: usize,
     columns: usize,
     step: usize,
@@ -24,9 +26,8 @@ struct MeshFacts {
 
 /// Heights, then the reference frame as brightness from 0 to 1: means of blocks, so that there are at most
 /// `most` points.
-pub(super) fn mesh(view: &ResultsView, query: &Query) -> Result<Reply, Refusal> {
+pub(super) fn mesh(view: &ResultsView, most: usize) -> Result<Framed<MeshInfo>, PanelError> {
     let heights = heights(view)?;
-    let most: usize = query.value("most")?;
     let map = view.maps.map("height").unwrap_or(&heights.height_mm);
     let step = blocks_for(map, most);
     let shown = means(map, step);
@@ -34,7 +35,7 @@ pub(super) fn mesh(view: &ResultsView, query: &Query) -> Result<Reply, Refusal> 
     let photograph = means(reference.map(), step);
     let brightest = photograph.values().iter().copied().fold(0.0, f32::max);
     let known = || shown.values().iter().copied().filter(|value| value.is_finite());
-    let facts = MeshFacts {
+    let facts = MeshInfo {
         rows: shown.rows(),
         columns: shown.columns(),
         step,
@@ -47,7 +48,7 @@ pub(super) fn mesh(view: &ResultsView, query: &Query) -> Result<Reply, Refusal> 
     // A frame without light has no brightest place, and stays black.
     let light = if brightest > 0.0 { brightest } else { f32::INFINITY };
     values.extend(photograph.values().iter().map(|value| (value / light).clamp(0.0, 1.0)));
-    Reply::framed(&facts, &values)
+    Ok(Framed(facts, values))
 }
 
 /// Side of blocks of which there are at most `most`.

@@ -18,56 +18,103 @@ mod surface;
 mod value;
 mod view;
 
-use serde_json::Value;
+use serde::Deserialize;
 
-use epirig_server::{LARGEST_ORDER, Query, Refusal, Reply};
+use super::questions::{Json, Question};
+use super::requests::Nothing;
+use epirig_server::Reply;
+use frames::FrameKind;
+use pyramid::Place;
 use view::ResultsView;
 
 pub use current::CurrentResults;
+pub(super) use current::results_questions;
+pub(super) use facts::About;
 
 /// Bytes of the largest question with a mask: a picture of 20 million pixels in grey, not compressed, as text.
 const LARGEST_MASK: usize = 32 << 20;
 
-/// Bytes of the largest question that is read at a path.
-pub(super) fn largest_question(path: &[&str]) -> usize {
-    match path {
-        ["surface"] => LARGEST_MASK,
-        _ => LARGEST_ORDER,
-    }
+/// A tile of a map.
+#[derive(Deserialize)]
+struct MapTile {
+    id: String,
+    level: usize,
+    row: usize,
+    column: usize,
 }
 
-/// The questions that are answered: a line for each.
-impl ResultsView {
-    fn get(&self, path: &[&str], query: &Query) -> Result<Reply, Refusal> {
-        match path {
-            ["maps", id, level, row, column] => {
-                Ok(Reply::numbers(&self.maps.tile(id, pyramid::Place::parse([level, row, column])?)?))
-            }
-            ["frames", t, level, row, column] => {
-                let place = pyramid::Place::parse([level, row, column])?;
-                Ok(Reply::numbers(&self.frames.tile(t, query.text("kind"), place)?))
-            }
-            ["pixel"] => pixel::explain(self, query.value("x")?, query.value("y")?),
-            ["value"] => Reply::json(&value::value(self, query)?),
-            ["row-cost"] => row_cost::row_cost(self, query.value("y")?),
-            ["line"] => Reply::json(&line::line(self, query)?),
-            ["line.csv"] => Ok(Reply::file("text/csv; charset=utf-8", line::csv(self, query)?)),
-            ["trends"] => Reply::json(&surface::trends()),
-            ["mesh"] => mesh::mesh(self, query),
-            ["compare"] => compare::compare(self, query),
-            ["stage"] => Reply::json(&course::course(self)),
-            ["calibration"] => Reply::json(&files::calibration(self)),
-            ["calibration", name] => files::calibration_picture(self, name),
-            ["downloads"] => Reply::json(&files::downloads(self)),
-            ["download", name @ ..] => files::download(self, &name.join("/")),
-            _ => Err(Refusal::unknown(path)),
-        }
-    }
+/// A tile of a frame.
+#[derive(Deserialize)]
+struct FrameTile {
+    t: usize,
+    kind: Option<FrameKind>,
+    level: usize,
+    row: usize,
+    column: usize,
+}
 
-    fn post(&self, path: &[&str], asked: &Value) -> Result<Reply, Refusal> {
-        match path {
-            ["surface"] => Reply::json(&surface::surface(self, asked)?),
-            _ => Err(Refusal::unknown(path)),
-        }
-    }
+/// A pixel.
+#[derive(Deserialize)]
+struct Pixel {
+    x: usize,
+    y: usize,
+}
+
+/// A row of the maps.
+#[derive(Deserialize)]
+struct Row {
+    y: usize,
+}
+
+/// A file of the results, or a picture of the calibration.
+#[derive(Deserialize)]
+struct FileName {
+    name: String,
+}
+
+/// Heights in three dimensions, of so many points at most.
+#[derive(Deserialize)]
+struct MeshQuery {
+    most: usize,
+}
+
+/// Questions about tiles, which are in memory and come in great number.
+fn tiles() -> Vec<Question<ResultsView>> {
+    vec![
+        Question::get("maps/{id}/{level}/{row}/{column}", |view: &ResultsView, asked: MapTile| {
+            let MapTile { id, level, row, column } = asked;
+            Ok(Reply::numbers(&view.maps.tile(&id, Place { level, row, column })?))
+        }),
+        Question::get("frames/{t}/{level}/{row}/{column}", |view: &ResultsView, asked: FrameTile| {
+            let FrameTile { t, kind, level, row, column } = asked;
+            Ok(Reply::numbers(&view.frames.tile(t, kind, Place { level, row, column })?))
+        }),
+    ]
+}
+
+/// All other questions about results: a row for each.
+fn questions() -> Vec<Question<ResultsView>> {
+    vec![
+        Question::get("pixel", |view, Pixel { x, y }| Ok(pixel::explain(view, x, y)?)),
+        Question::get("value", |view, asked| Ok(Json(value::value(view, &asked)?))),
+        Question::get("row-cost", |view, Row { y }| Ok(row_cost::row_cost(view, y)?)),
+        Question::get("line", |view, ends| Ok(Json(line::line(view, &ends)?))),
+        Question::get("line.csv", |view, ends| {
+            Ok(Reply::file("text/csv; charset=utf-8", line::csv(view, &ends)?))
+        }),
+        Question::get("trends", |_, Nothing {}| Ok(Json(surface::trends()))),
+        Question::get("mesh", |view, MeshQuery { most }| Ok(mesh::mesh(view, most)?)),
+        Question::get("compare", |view, asked| Ok(compare::compare(view, &asked)?)),
+        Question::get("stage", |view, Nothing {}| Ok(Json(course::course(view)))),
+        Question::get("calibration", |view, Nothing {}| Ok(Json(files::calibration(view)))),
+        Question::get("calibration/{name}", |view, FileName { name }| {
+            Ok(files::calibration_picture(view, &name)?)
+        }),
+        Question::get("downloads", |view, Nothing {}| Ok(Json(files::downloads(view)))),
+        Question::get("download/{name*}", |view, FileName { name }| Ok(files::download(view, &name)?)),
+        // It changes nothing.
+        Question::post("surface", |view, asked| Ok(Json(surface::surface(view, asked)?)))
+            .open()
+            .up_to(LARGEST_MASK),
+    ]
 }

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::view::ResultsView;
 use crate::panel::PanelError;
+use crate::panel::questions::Framed;
 use crate::pipeline::OpenedResults;
 use crate::results::{ResultMap, reason};
 use epirig_core::choice::Choice as _;
@@ -11,13 +12,13 @@ use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 use epirig_matcher::lines::Lines;
 use epirig_matcher::{Answer, DisparityRange, Matcher, line_profile};
-use epirig_server::{Refusal, Reply};
 
 /// Columns of the EPI that are shown beside those that the line crosses.
 const MARGIN_PX: f64 = 24.0;
 
+/// All about a pixel.
 #[derive(Serialize)]
-struct Explained {
+pub(super) struct PixelInfo {
     rows: usize,
     columns: usize,
     x: usize,
@@ -85,13 +86,13 @@ struct Cost {
 }
 
 /// Everything about the pixel at column `x` and row `y` of the reference frame.
-pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, Refusal> {
+pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Framed<PixelInfo>, PanelError> {
     let opened = view.results()?;
     let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
     if x >= columns || y >= rows {
         let (last_x, last_y) = (columns - 1, rows - 1);
         let message = format!("there is no pixel ({x}, {y}); the last is ({last_x}, {last_y})");
-        return Err(PanelError::NotThere(message).into());
+        return Err(PanelError::NotThere(message));
     }
     let disparity_px = f64::from(opened.disparity.at(x, y));
     let line = disparity_px.is_finite().then(|| Line {
@@ -110,7 +111,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, R
     let known = || window.iter().copied().filter(|value| value.is_finite());
     let answer = answer_at(view, x, y);
     let place = opened.heights.as_ref().map(|heights| heights.lateral_mm(x, y));
-    let explained = Explained {
+    let explained = PixelInfo {
         rows: volume.frames(),
         columns: end - first,
         x,
@@ -133,7 +134,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, R
         cost: Some(cost(view, volume, (x, y - top), line.as_ref())?),
         line,
     };
-    Reply::framed(&explained, &window)
+    Ok(Framed(explained, window))
 }
 
 /// What the matcher answered at a pixel.

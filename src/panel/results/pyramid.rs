@@ -26,17 +26,6 @@ pub(super) struct Place {
     pub(super) column: usize,
 }
 
-impl Place {
-    /// From the parts of a path.
-    pub(super) fn parse(parts: [&str; 3]) -> Result<Self, PanelError> {
-        let [level, row, column] = parts.map(|part| part.parse::<usize>());
-        match (level, row, column) {
-            (Ok(level), Ok(row), Ok(column)) => Ok(Self { level, row, column }),
-            _ => Err(PanelError::Wrong(format!("{} is no tile", parts.join("/")))),
-        }
-    }
-}
-
 /// Number of levels of an image of `rows` x `columns`: the coarsest fits into one tile.
 pub(super) fn levels(rows: usize, columns: usize) -> usize {
     let mut side = rows.max(columns);

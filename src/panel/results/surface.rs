@@ -5,7 +5,6 @@ use std::path::Path;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::view::ResultsView;
 use crate::panel::PanelError;
@@ -14,16 +13,17 @@ use crate::results::{Mask, Region, SurfaceSummary, parse_mask};
 use epirig_core::choice::Choice as _;
 use epirig_surface::{Heights, Rectangle, TrendKind};
 
+/// The part of the map that is asked about: a pixel must lie in both region and mask.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Asked {
+pub(super) struct SurfaceQuestion {
     /// Which results are asked about; checked already.
     #[serde(default, rename = "of")]
     _of: Option<String>,
     /// Two corners, in px; `null` for the whole picture.
     region: Option<[usize; 4]>,
     /// Only pixels inside of this, too; `null` for all.
-    mask: Option<AskedMask>,
+    mask: Option<MaskFile>,
     #[serde(default = "usual_trend")]
     trend: TrendKind,
 }
@@ -31,7 +31,7 @@ struct Asked {
 /// A picture whose white pixels are inside, as a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct AskedMask {
+struct MaskFile {
     name: String,
     /// The bytes of the file.
     base64: String,
@@ -42,20 +42,18 @@ fn usual_trend() -> TrendKind {
 }
 
 #[derive(Serialize)]
-pub(super) struct TrendFacts {
+pub(super) struct FormTrend {
     name: &'static str,
     title: &'static str,
 }
 
 /// The forms that can be removed.
-pub(super) fn trends() -> Vec<TrendFacts> {
-    TrendKind::ALL.iter().map(|kind| TrendFacts { name: kind.name(), title: kind.help() }).collect()
+pub(super) fn trends() -> Vec<FormTrend> {
+    TrendKind::ALL.iter().map(|kind| FormTrend { name: kind.name(), title: kind.help() }).collect()
 }
 
 /// Step height and roughness of a region, as `epirig surface` computes them; nothing is written.
-pub(super) fn surface(view: &ResultsView, asked: &Value) -> Result<SurfaceSummary, PanelError> {
-    let asked: Asked = serde_json::from_value(asked.clone())
-        .map_err(|error| PanelError::Wrong(format!("the question is not understood: {error}")))?;
+pub(super) fn surface(view: &ResultsView, asked: SurfaceQuestion) -> Result<SurfaceSummary, PanelError> {
     let opened = view.results()?;
     let heights = heights(view)?;
     // The page's regions end before x1 and y1.
@@ -73,7 +71,7 @@ pub(super) fn surface(view: &ResultsView, asked: &Value) -> Result<SurfaceSummar
     Ok(analyse_surface(heights, view.halves(), opened, &questions)?.summary)
 }
 
-impl AskedMask {
+impl MaskFile {
     /// The mask, for maps of `rows` x `columns`.
     fn read(&self, rows: usize, columns: usize) -> Result<Mask, PanelError> {
         let bytes = STANDARD.decode(&self.base64).map_err(|error| {

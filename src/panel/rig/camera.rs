@@ -1,10 +1,9 @@
 //! The camera of the panel: opened, shown, and opened again when it was lost.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::panel::state::{CameraState, Presence};
 use crate::profile::Profile;
 use crate::rig::{RigError, camera_settings, open_camera};
@@ -20,7 +19,7 @@ const INTERVAL: Duration = Duration::from_millis(33);
 
 /// The camera.
 pub(super) struct CameraSide<'a> {
-    shared: &'a Arc<Shared>,
+    shared: &'a Arc<SharedState>,
     profile: &'a Profile,
     position: StagePosition,
     camera: Option<Box<dyn Camera>>,
@@ -33,7 +32,7 @@ pub(super) struct CameraSide<'a> {
 }
 
 impl<'a> CameraSide<'a> {
-    pub(super) fn new(shared: &'a Arc<Shared>, profile: &'a Profile, position: StagePosition) -> Self {
+    pub(super) fn new(shared: &'a Arc<SharedState>, profile: &'a Profile, position: StagePosition) -> Self {
         let now = Instant::now();
         Self {
             shared,
@@ -60,24 +59,25 @@ impl<'a> CameraSide<'a> {
     fn try_open(&mut self) -> Result<(), RigError> {
         let OpenCamera { mut camera, view } = open_camera(self.profile, &self.position)?;
         let configuration = camera.configure(&camera_settings(self.profile)?)?;
-        self.shared.set_controls(camera.controls()?);
+        let controls = camera.controls()?;
         let name = camera.identity().to_string();
         camera.show_to(Some(Arc::clone(self.shared) as _));
         (self.camera, self.view, self.streams) = (Some(camera), view, false);
         let simulated = self.view.is_some();
-        self.shared.change(|state| state.camera = described(name, simulated, &configuration));
+        let described = described(name, simulated, &configuration);
+        self.shared.change(|state| (state.rig.camera, state.controls) = (described, controls));
         Ok(())
     }
 
     fn lost(&mut self, why: &str) {
         self.camera = None;
         self.next_try = Instant::now() + RETRY;
-        let is_new = self.shared.look(|state| state.camera.error.as_deref() != Some(why));
+        let is_new = self.shared.look(|state| state.rig.camera.error.as_deref() != Some(why));
         if is_new {
             self.shared.fail(format!("camera: {why}"));
         }
         self.shared.change(|state| {
-            let camera = &mut state.camera;
+            let camera = &mut state.rig.camera;
             (camera.state, camera.error, camera.picture_hz) = (Presence::Lost, Some(why.to_owned()), None);
         });
     }
@@ -119,11 +119,11 @@ impl<'a> CameraSide<'a> {
         self.streams = false;
         match &mut self.camera {
             Some(camera) => {
-                self.shared.change(|state| state.camera.state = Presence::Busy);
+                self.shared.change(|state| state.rig.camera.state = Presence::Busy);
                 Ok(camera)
             }
             None => {
-                let why = self.shared.look(|state| state.camera.error.clone()).unwrap_or_default();
+                let why = self.shared.look(|state| state.rig.camera.error.clone()).unwrap_or_default();
                 Err(format!("there is no camera: {why}"))
             }
         }
@@ -136,9 +136,9 @@ impl<'a> CameraSide<'a> {
             .and_then(|settings| Ok((camera.configure(&settings)?, camera.controls()?)));
         match configured {
             Ok((configuration, controls)) => {
-                self.shared.set_controls(controls);
                 let (name, simulated) = (camera.identity().to_string(), self.view.is_some());
-                self.shared.change(|state| state.camera = described(name, simulated, &configuration));
+                let described = described(name, simulated, &configuration);
+                self.shared.change(|state| (state.rig.camera, state.controls) = (described, controls));
             }
             Err(error) => self.lost(&error.to_string()),
         }
@@ -163,7 +163,7 @@ impl<'a> CameraSide<'a> {
         let camera = self.camera.as_mut().ok_or("there is no camera")?;
         let control = camera.set_control(name, value).map_err(|error| error.to_string())?;
         let controls = camera.controls().map_err(|error| error.to_string())?;
-        let columns = self.shared.look(|state| state.camera.columns);
+        let columns = self.shared.look(|state| state.rig.camera.columns);
         let exposure = exposure_unit(&controls, columns);
         let exposure_us =
             exposure.and_then(|(found, unit_us)| found.value.map(|value| value as f64 * unit_us));
@@ -173,11 +173,11 @@ impl<'a> CameraSide<'a> {
             (_, Some(value)) => Some((format!("camera.controls.{}", control.name), value.to_string())),
             _ => None,
         };
-        self.shared.set_controls(controls);
-        if let Some(change) = change {
-            self.shared.use_draft(self.shared.draft().changed(&BTreeMap::from([change])));
-        }
-        self.shared.change(|state| state.camera.exposure_us = exposure_us);
+        // Nobody else changes the draft.
+        let draft = self.shared.draft().changed(&change.into_iter().collect());
+        self.shared.change(|state| {
+            (state.controls, state.draft, state.rig.camera.exposure_us) = (controls, draft, exposure_us);
+        });
         Ok(())
     }
 }

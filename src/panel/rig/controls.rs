@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
-use crate::panel::shared::Shared;
-use epirig_devices::camera::Control;
-use epirig_server::{Refusal, Reply};
+use crate::panel::shared::SharedState;
+use epirig_devices::camera;
 
+/// A control of the camera.
 #[derive(Serialize)]
-struct ControlFacts {
+pub(in crate::panel) struct Control {
     name: String,
     kind: &'static str,
     minimum: i64,
@@ -21,8 +21,8 @@ struct ControlFacts {
 }
 
 /// The controls of the camera.
-pub(in crate::panel) fn controls(shared: &Shared) -> Result<Reply, Refusal> {
-    let facts = |control: Control| ControlFacts {
+pub(in crate::panel) fn controls(shared: &SharedState) -> Vec<Control> {
+    let facts = |control: camera::Control| Control {
         name: control.name,
         kind: control.kind.name(),
         minimum: control.minimum,
@@ -34,5 +34,6 @@ pub(in crate::panel) fn controls(shared: &Shared) -> Result<Reply, Refusal> {
         inactive: control.inactive,
         items: control.items,
     };
-    Reply::json(&shared.controls().into_iter().map(facts).collect::<Vec<_>>())
+    let controls = shared.look(|state| state.controls.clone());
+    controls.into_iter().map(facts).collect()
 }

@@ -1,11 +1,10 @@
 //! The thread that looks at pictures: light, sharpness, and chess-boards.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use crate::panel::scan::find_target;
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::panel::state::LightState;
 use epirig_core::frame::{Frame, Samples};
 use epirig_devices::camera::Assessment;
@@ -16,44 +15,42 @@ const LIGHT: Duration = Duration::from_millis(150);
 const TARGET: Duration = Duration::from_millis(400);
 
 /// Looks at the latest picture again and again until the panel ends.
-pub(super) fn watch(shared: &Arc<Shared>) {
-    let (mut number, mut peak) = (0, 0.0_f64);
+pub(super) fn watch(shared: &Arc<SharedState>) {
+    let mut number = 0;
     let mut searched: Option<Instant> = None;
     while !shared.is_ending() {
         let Some(picture) = shared.pictures.after(number, LIGHT) else { continue };
         number = picture.number;
         let began = Instant::now();
-        if shared.resets_peak.swap(false, Ordering::SeqCst) {
-            peak = 0.0;
-        }
-        let light = light(&picture.frame, &mut peak);
+        let mut light = light(&picture.frame);
         let picture_hz = Some(shared.pictures.rate_hz());
-        shared.change(|state| {
-            state.camera.picture_hz = picture_hz;
-            state.light = Some(light);
-        });
-        // A scan that waits for a board looks for it itself.
-        let asked = shared.look(|state| state.scan.as_ref().is_some_and(|scan| scan.asked.is_some()));
-        if !shared.finds_target() {
-            if !asked && shared.look(|state| state.target.is_some()) {
-                shared.change(|state| state.target = None);
+        let searches = shared.change(|state| {
+            // Who resets the peak sets it to 0 in the light before.
+            let before = state.rig.light.as_ref().map_or(0.0, |light| light.focus_peak);
+            light.focus_peak = light.focus_peak.max(before);
+            (state.rig.camera.picture_hz, state.rig.light) = (picture_hz, Some(light));
+            // A scan that waits for a board looks for it itself.
+            let asked = state.rig.scan.as_ref().is_some_and(|scan| scan.asked.is_some());
+            if !asked && !state.finds_target {
+                state.rig.target = None;
             }
-        } else if !asked && searched.is_none_or(|at| at.elapsed() >= TARGET) {
+            !asked && state.finds_target
+        });
+        if searches && searched.is_none_or(|at| at.elapsed() >= TARGET) {
             searched = Some(Instant::now());
             let target = find_target(shared, &picture.frame, true);
-            shared.change(|state| state.target = target);
+            shared.change(|state| state.rig.target = target);
         }
         std::thread::sleep(LIGHT.saturating_sub(began.elapsed()));
     }
 }
 
-fn light(frame: &Frame, peak: &mut f64) -> LightState {
+/// Light and sharpness of a frame; without light its sharpness is no peak.
+fn light(frame: &Frame) -> LightState {
     /// Below this share of full scale the sharpness is that of noise.
     const DARK: f64 = 0.02;
     let seen = Assessment::of(frame);
-    if seen.mean_dn >= DARK * f64::from(frame.full_scale()) {
-        *peak = peak.max(seen.focus);
-    }
+    let is_lit = seen.mean_dn >= DARK * f64::from(frame.full_scale());
     LightState {
         mean_dn: seen.mean_dn,
         minimum_dn: seen.minimum_dn,
@@ -63,7 +60,7 @@ fn light(frame: &Frame, peak: &mut f64) -> LightState {
         saturated: seen.saturated,
         black: seen.black,
         focus: seen.focus,
-        focus_peak: *peak,
+        focus_peak: if is_lit { seen.focus } else { 0.0 },
         corners: corners(frame),
         bin_width_dn: seen.bin_width_dn,
         histogram: seen.histogram,
@@ -132,8 +129,7 @@ mod tests {
         for samples in [(0..20 * 41).map(object).collect(), (0..20 * 41).map(texture).collect()] {
             assert_eq!(corners(&Frame::new(20, 41, 12, Samples::U16(samples)).unwrap()), None);
         }
-        let mut peak = 0.0;
-        light(&frame, &mut peak);
-        assert!(peak > 0.0);
+        assert!(light(&frame).focus_peak > 0.0);
+        assert_eq!(light(&black).focus_peak, 0.0);
     }
 }

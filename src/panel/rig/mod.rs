@@ -12,9 +12,9 @@ use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::shared::Shared;
+use super::shared::SharedState;
 
-pub(super) use controls::controls;
+pub(super) use controls::{Control, controls};
 pub(super) use profile::{FormMistake, change_profile, profile_form, save_profile};
 
 /// Starts the thread that owns the rig, the one that looks at its pictures, and the one that frees the control of
@@ -22,9 +22,9 @@ pub(super) use profile::{FormMistake, change_profile, profile_form, save_profile
 ///
 /// # Errors
 /// What the system says if it allows no threads.
-pub(super) fn start(shared: &Arc<Shared>) -> io::Result<Vec<JoinHandle<()>>> {
-    let works: [fn(&Arc<Shared>); 3] = [light::watch, |shared| free_control(shared), owner::own];
-    let begin = |work: fn(&Arc<Shared>)| {
+pub(super) fn start(shared: &Arc<SharedState>) -> io::Result<Vec<JoinHandle<()>>> {
+    let works: [fn(&Arc<SharedState>); 3] = [light::watch, |shared| free_control(shared), owner::own];
+    let begin = |work: fn(&Arc<SharedState>)| {
         let shared = Arc::clone(shared);
         Builder::new().spawn(move || work(&shared))
     };
@@ -32,7 +32,7 @@ pub(super) fn start(shared: &Arc<Shared>) -> io::Result<Vec<JoinHandle<()>>> {
 }
 
 /// Frees the control of pages that have gone, until the panel ends.
-fn free_control(shared: &Shared) {
+fn free_control(shared: &SharedState) {
     /// Time between two looks.
     const LOOK: Duration = Duration::from_millis(250);
     while !shared.is_ending() {

@@ -9,7 +9,7 @@ use crate::capture::CapturePlan;
 use crate::doctor::{DoctorPlan, examine};
 use crate::panel::live_map::LiveMapMaker;
 use crate::panel::scan::{Notes, ScanRun, run_scan};
-use crate::panel::shared::{Order, Shared};
+use crate::panel::shared::{Order, SharedState};
 use crate::panel::state::{DoctorState, Presence, TaskKind};
 use crate::profile::Profile;
 use crate::rig::{RigStage, capture_plan};
@@ -19,7 +19,7 @@ use epirig_data::storage::free_bytes;
 const IDLE: Duration = Duration::from_millis(200);
 
 /// Owns the rig until the panel ends.
-pub(super) fn own(shared: &Arc<Shared>) {
+pub(super) fn own(shared: &Arc<SharedState>) {
     while !shared.is_ending() {
         // A draft is checked before it is used.
         let profile = match shared.draft().profile() {
@@ -34,11 +34,13 @@ pub(super) fn own(shared: &Arc<Shared>) {
 }
 
 /// Waits for another profile where this one has no stage that could be connected.
-fn without_stage(shared: &Shared, why: &str) {
+fn without_stage(shared: &SharedState, why: &str) {
     shared.fail(why);
-    shared.change(|state| (state.stage.state, state.stage.error) = (Presence::Lost, Some(why.to_owned())));
+    shared.change(|state| {
+        (state.rig.stage.state, state.rig.stage.error) = (Presence::Lost, Some(why.to_owned()))
+    });
     loop {
-        match shared.mailbox.take(IDLE) {
+        match shared.next_order(IDLE) {
             None => {}
             Some(Order::End) => return,
             Some(order @ (Order::Connect | Order::Use { .. })) => return begin_anew(shared, order),
@@ -50,20 +52,27 @@ fn without_stage(shared: &Shared, why: &str) {
 }
 
 /// Obeys an order to open stage and camera anew, as far as that can be done before they are opened.
-fn begin_anew(shared: &Shared, order: Order) {
+fn begin_anew(shared: &SharedState, order: Order) {
     // From here on nothing that is told of them belongs to the profile before.
     shared.change(|state| {
-        (state.camera.state, state.stage.state) = (Presence::Connecting, Presence::Connecting);
+        (state.rig.camera.state, state.rig.stage.state) = (Presence::Connecting, Presence::Connecting);
     });
-    if let Order::Use { draft, reply } = order {
-        shared.use_draft(*draft);
-        reply.give(Ok(()));
+    if let Order::Use { values, reply } = order {
+        let draft = shared.draft().changed(&values);
+        // Read once more: a control may have been set since the page was told that the values are right.
+        reply.give(match draft.profile() {
+            Ok(_) => {
+                shared.change(|state| state.draft = draft);
+                Ok(())
+            }
+            Err(error) => Err(error.to_string()),
+        });
     }
     shared.end_task();
 }
 
 struct Owner<'a> {
-    shared: &'a Arc<Shared>,
+    shared: &'a Arc<SharedState>,
     profile: &'a Profile,
     camera: CameraSide<'a>,
     stage: StageSide<'a>,
@@ -72,7 +81,7 @@ struct Owner<'a> {
 }
 
 impl<'a> Owner<'a> {
-    fn new(shared: &'a Arc<Shared>, profile: &'a Profile, source: RigStage<'a>) -> Self {
+    fn new(shared: &'a Arc<SharedState>, profile: &'a Profile, source: RigStage<'a>) -> Self {
         let connector = Connector::new(source, shared);
         let camera = CameraSide::new(shared, profile, connector.watch());
         let stage = StageSide::new(shared, profile, connector);
@@ -81,16 +90,17 @@ impl<'a> Owner<'a> {
 
     /// Obeys until another profile is to be used, or the panel ends.
     fn work(mut self) {
+        let free = free_bytes(&self.shared.folder);
         self.shared.change(|state| {
-            (state.camera.state, state.camera.error) = (Presence::Connecting, None);
-            (state.stage.state, state.stage.error) = (Presence::Connecting, None);
-            state.free_bytes = free_bytes(&self.shared.folder);
+            (state.rig.camera.state, state.rig.camera.error) = (Presence::Connecting, None);
+            (state.rig.stage.state, state.rig.stage.error) = (Presence::Connecting, None);
+            state.rig.free_bytes = free;
         });
         loop {
             self.camera.open();
             self.stage.open();
             let patience = if self.camera.is_busy() { Duration::ZERO } else { IDLE };
-            match self.shared.mailbox.take(patience) {
+            match self.shared.next_order(patience) {
                 Some(order @ (Order::Connect | Order::Use { .. })) => return begin_anew(self.shared, order),
                 Some(Order::End) => return,
                 Some(order) => self.obey(order),
@@ -160,7 +170,7 @@ impl<'a> Owner<'a> {
         self.stage.released();
         self.camera.released();
         let report = examined.map_err(|error| error.to_string())?;
-        self.shared.change(|state| state.doctor = Some(DoctorState::of(report, short)));
+        self.shared.change(|state| state.rig.doctor = Some(DoctorState::of(report, short)));
         Ok(())
     }
 
@@ -173,7 +183,8 @@ impl<'a> Owner<'a> {
         let done = run_scan(&run, self.profile, &mut self.stage.connector, &mut **camera);
         self.camera.released();
         self.stage.open();
-        self.shared.change(|state| state.free_bytes = free_bytes(&self.shared.folder));
+        let free = free_bytes(&self.shared.folder);
+        self.shared.change(|state| state.rig.free_bytes = free);
         self.map = Some(done?);
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::panel::error::PanelError;
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::profile::{Draft, DraftSection, Findings, Place};
 use epirig_data::storage::{RealDisk, is_there, write_whole};
 
@@ -18,7 +18,7 @@ pub(in crate::panel) struct ProfileForm {
     controls: Vec<(String, String)>,
 }
 
-pub(in crate::panel) fn profile_form(shared: &Shared) -> ProfileForm {
+pub(in crate::panel) fn profile_form(shared: &SharedState) -> ProfileForm {
     let draft = shared.draft();
     ProfileForm {
         source: shared.source.clone(),
@@ -37,7 +37,7 @@ pub(in crate::panel) struct FormMistake {
 
 /// The profile in use with other values; or their mistakes.
 pub(in crate::panel) fn change_profile(
-    shared: &Shared,
+    shared: &SharedState,
     values: &BTreeMap<String, String>,
 ) -> Result<Draft, Vec<FormMistake>> {
     let draft = shared.draft().changed(values);
@@ -62,7 +62,7 @@ pub(in crate::panel) fn change_profile(
 /// # Errors
 /// [`PanelError::Wrong`] if there is one and it is not to be replaced, [`PanelError::Save`].
 pub(in crate::panel) fn save_profile(
-    shared: &Shared,
+    shared: &SharedState,
     draft: &Draft,
     overwrite: bool,
 ) -> Result<(), PanelError> {

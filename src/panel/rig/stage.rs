@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::panel::state::{Presence, StageState, TaskKind};
 use crate::profile::Profile;
 use crate::rig::RigStage;
@@ -23,11 +23,11 @@ const CHECK: Duration = Duration::from_millis(20);
 /// Connects the stage of a profile, and makes its stop switch the one that the panel presses.
 pub(super) struct Connector<'a> {
     source: RigStage<'a>,
-    shared: &'a Arc<Shared>,
+    shared: &'a Arc<SharedState>,
 }
 
 impl<'a> Connector<'a> {
-    pub(super) fn new(source: RigStage<'a>, shared: &'a Arc<Shared>) -> Self {
+    pub(super) fn new(source: RigStage<'a>, shared: &'a Arc<SharedState>) -> Self {
         Self { source, shared }
     }
 
@@ -47,7 +47,7 @@ impl StageSource for Connector<'_> {
 
 /// The stage.
 pub(super) struct StageSide<'a> {
-    shared: &'a Arc<Shared>,
+    shared: &'a Arc<SharedState>,
     profile: &'a Profile,
     pub(super) connector: Connector<'a>,
     stage: Option<Box<dyn Stage>>,
@@ -55,7 +55,7 @@ pub(super) struct StageSide<'a> {
 }
 
 impl<'a> StageSide<'a> {
-    pub(super) fn new(shared: &'a Arc<Shared>, profile: &'a Profile, connector: Connector<'a>) -> Self {
+    pub(super) fn new(shared: &'a Arc<SharedState>, profile: &'a Profile, connector: Connector<'a>) -> Self {
         Self { shared, profile, connector, stage: None, next_try: Instant::now() }
     }
 
@@ -67,9 +67,9 @@ impl<'a> StageSide<'a> {
         match self.connector.connect() {
             Ok(stage) => {
                 let described = described(&*stage, self.profile);
-                self.shared.set_kinematics(kinematics(&*stage));
+                let kinematics = kinematics(&*stage);
                 self.stage = Some(stage);
-                self.shared.change(|state| state.stage = described);
+                self.shared.change(|state| (state.rig.stage, state.kinematics) = (described, kinematics));
                 self.refresh();
             }
             Err(error) => self.lost(&error),
@@ -80,12 +80,12 @@ impl<'a> StageSide<'a> {
         let why = error.to_string();
         self.stage = None;
         self.next_try = Instant::now() + RETRY;
-        let is_new = self.shared.look(|state| state.stage.error.as_deref() != Some(why.as_str()));
+        let is_new = self.shared.look(|state| state.rig.stage.error.as_deref() != Some(why.as_str()));
         if is_new {
             self.shared.fail(format!("stage: {why}"));
         }
         self.shared.change(|state| {
-            let stage = &mut state.stage;
+            let stage = &mut state.rig.stage;
             (stage.state, stage.error) = (Presence::Lost, Some(why));
             (stage.position_mm, stage.homed, stage.moving) = (None, false, false);
         });
@@ -96,7 +96,7 @@ impl<'a> StageSide<'a> {
         let Some(stage) = &mut self.stage else { return };
         match stage.state() {
             Ok(found) => self.shared.change(|state| {
-                let stage = &mut state.stage;
+                let stage = &mut state.rig.stage;
                 (stage.position_mm, stage.homed) = (found.position_mm, found.position_mm.is_some());
                 (stage.moving, stage.at_limit) = (found.moving, found.at_limit);
             }),
@@ -117,7 +117,7 @@ impl<'a> StageSide<'a> {
     pub(super) fn lend(&mut self) -> Result<&mut Box<dyn Stage>, String> {
         self.next_try = Instant::now();
         self.open();
-        let why = self.shared.look(|state| state.stage.error.clone()).unwrap_or_default();
+        let why = self.shared.look(|state| state.rig.stage.error.clone()).unwrap_or_default();
         self.stage.as_mut().ok_or(format!("there is no stage: {why}"))
     }
 
@@ -138,16 +138,16 @@ impl<'a> StageSide<'a> {
             return self.shared.end_task();
         };
         self.shared.task(|task| (task.kind, task.words) = (kind, words));
-        self.shared.change(|state| state.stage.moving = true);
+        self.shared.change(|state| state.rig.stage.moving = true);
         let (watch, simulated) = (self.connector.watch(), self.profile.stage.is_simulated());
-        let homed = self.shared.look(|state| state.stage.homed);
+        let homed = self.shared.look(|state| state.rig.stage.homed);
         let mut act = Some(act);
         let moved = std::thread::scope(|scope| {
             let moving = || act.take().map_or(Ok(()), |act| act(&mut **stage));
             let moving = Builder::new().spawn_scoped(scope, moving).ok()?;
             while !moving.is_finished() {
                 if simulated && homed {
-                    self.shared.change(|state| state.stage.position_mm = Some(watch.get_mm()));
+                    self.shared.change(|state| state.rig.stage.position_mm = Some(watch.get_mm()));
                 }
                 meanwhile();
             }
@@ -159,7 +159,7 @@ impl<'a> StageSide<'a> {
         // Where the system allows no thread, the page does not show the way.
         let moved = moved.unwrap_or_else(|| act.take().map_or(Ok(()), |act| act(&mut **stage)));
         self.shared.end_task();
-        self.shared.change(|state| state.stage.moving = false);
+        self.shared.change(|state| state.rig.stage.moving = false);
         match moved {
             Ok(()) => {
                 self.refresh();
@@ -179,7 +179,7 @@ impl<'a> StageSide<'a> {
 
     /// Writes into the log what a motion came to.
     fn tell_end(&self, kind: TaskKind) {
-        let Some(at_mm) = self.shared.look(|state| state.stage.position_mm) else { return };
+        let Some(at_mm) = self.shared.look(|state| state.rig.stage.position_mm) else { return };
         match kind {
             TaskKind::Homing => self.shared.note("the stage is homed"),
             TaskKind::Moving | TaskKind::Jogging => {
@@ -191,13 +191,13 @@ impl<'a> StageSide<'a> {
 
     /// Moves up or down for as long as the button `id` is held.
     pub(super) fn jog(&mut self, id: u64, up: bool, fast: bool, meanwhile: impl FnMut()) {
-        let (travel_mm, part_mm) = self.shared.look(|state| {
-            let stage = &state.stage;
-            (stage.travel_mm, stage.runs_on_mm[usize::from(fast)])
+        let (travel_mm, part_mm, switch) = self.shared.look(|state| {
+            let stage = &state.rig.stage;
+            (stage.travel_mm, stage.runs_on_mm[usize::from(fast)], state.stage_stop.clone())
         });
         let shared = self.shared;
-        let switch = shared.stage_stop();
-        let held = || shared.jog.is_held(id, Instant::now()) && switch.pressed().is_none();
+        let held =
+            || switch.pressed().is_none() && shared.look(|state| state.jog.is_held(id, Instant::now()));
         let act = |stage: &mut dyn Stage| {
             let ended = AtomicBool::new(false);
             std::thread::scope(|scope| {
@@ -220,7 +220,7 @@ impl<'a> StageSide<'a> {
                         let by_mm = if up { part_mm } else { -part_mm };
                         let to_mm = (from_mm + by_mm).clamp(0.0, travel_mm);
                         if to_mm == from_mm {
-                            shared.jog.release(id);
+                            shared.change(|state| state.jog.release(id));
                             return Ok(());
                         }
                         stage.move_to(to_mm)
@@ -234,11 +234,13 @@ impl<'a> StageSide<'a> {
         };
         let words = if up { "moving up while held" } else { "moving down while held" };
         self.during(TaskKind::Jogging, words.to_owned(), act, meanwhile);
-        shared.jog.release(id);
-        // Let go: the switch was pressed by the release, unless a person pressed STOP.
-        if !shared.look(|state| state.stopping) {
-            switch.release();
-        }
+        shared.change(|state| {
+            state.jog.release(id);
+            // Let go: the switch was pressed by the release, unless a person pressed STOP.
+            if !state.rig.stopping {
+                switch.release();
+            }
+        });
     }
 
     /// After STOP: makes sure that the stage stands, and lets it move again.

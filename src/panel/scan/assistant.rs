@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::target::find_target;
 use crate::capture::{Arrangement, Assistant, PauseSwitch};
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::panel::state::Asked;
 use epirig_core::statistics::upper_median;
 use epirig_devices::camera::{Camera, ViewSwitch};
@@ -26,7 +26,7 @@ const ENOUGH: f64 = 0.75;
 
 /// Asks the person at the page. With a simulated camera it changes the view itself.
 pub(super) struct Person<'a> {
-    shared: &'a Arc<Shared>,
+    shared: &'a Arc<SharedState>,
     view: Option<ViewSwitch>,
     pause: PauseSwitch,
     /// The poses that were taken.
@@ -34,7 +34,7 @@ pub(super) struct Person<'a> {
 }
 
 impl<'a> Person<'a> {
-    pub(super) fn new(shared: &'a Arc<Shared>, view: Option<ViewSwitch>, pause: PauseSwitch) -> Self {
+    pub(super) fn new(shared: &'a Arc<SharedState>, view: Option<ViewSwitch>, pause: PauseSwitch) -> Self {
         Self { shared, view, pause, taken: Vec::new() }
     }
 
@@ -53,7 +53,7 @@ impl<'a> Person<'a> {
             by_itself: kind == "board",
             waiting_for: None,
         };
-        self.shared.change(|state| state.scan.as_mut().map(|scan| scan.asked = Some(asked)));
+        self.shared.change(|state| state.rig.scan.as_mut().map(|scan| scan.asked = Some(asked)));
     }
 
     /// Waits until a person has confirmed, or the board is seen, still, and in a new pose.
@@ -64,7 +64,7 @@ impl<'a> Person<'a> {
             if self.pause.pressed() {
                 return false;
             }
-            if let Some(done) = self.shared.take_answer() {
+            if let Some(done) = self.shared.change(|state| state.answer.take()) {
                 return done;
             }
             let frame = match camera.look(PATIENCE) {
@@ -87,12 +87,14 @@ impl<'a> Person<'a> {
                 let waiting_for = self.waits_for(&corners, before.as_deref(), wanted, width_px);
                 let ready = waiting_for.is_none();
                 if ready {
-                    self.shared.cover(|coverage| coverage.add(&corners, frame.columns(), frame.rows()));
                     self.taken.push(Pose::of(&corners));
                 }
                 self.shared.change(|state| {
-                    state.target = target;
-                    if let Some(asked) = state.scan.as_mut().and_then(|scan| scan.asked.as_mut()) {
+                    if ready {
+                        state.coverage.add(&corners, frame.columns(), frame.rows());
+                    }
+                    state.rig.target = target;
+                    if let Some(asked) = state.rig.scan.as_mut().and_then(|scan| scan.asked.as_mut()) {
                         asked.waiting_for = waiting_for;
                     }
                 });
@@ -164,7 +166,7 @@ impl Assistant for Person<'_> {
 
     fn arrange(&mut self, arrangement: Arrangement, camera: &mut dyn Camera) -> bool {
         // An answer to an earlier request is none to this one.
-        self.shared.take_answer();
+        self.shared.change(|state| state.answer = None);
         self.ask(arrangement);
         let done = match &self.view {
             Some(view) => {
@@ -174,7 +176,7 @@ impl Assistant for Person<'_> {
             }
             None => self.wait(arrangement, camera),
         };
-        self.shared.change(|state| state.scan.as_mut().map(|scan| scan.asked = None));
+        self.shared.change(|state| state.rig.scan.as_mut().map(|scan| scan.asked = None));
         done
     }
 }

@@ -4,10 +4,11 @@ use serde::Serialize;
 
 use crate::panel::error::PanelError;
 use crate::panel::live_map::LiveMap;
-use epirig_server::{Refusal, Reply};
+use crate::panel::questions::Framed;
 
+/// What stands before the values of a live map.
 #[derive(Serialize)]
-struct Head {
+pub(in crate::panel) struct LiveMapHead {
     rows: usize,
     columns: usize,
     bin: usize,
@@ -23,11 +24,11 @@ struct Head {
 const TAIL: f64 = 0.03;
 
 /// The disparity or the sigma of `map`, with the range of most of its values.
-pub(in crate::panel) fn live_map(map: &LiveMap, kind: &str) -> Result<Reply, Refusal> {
+pub(in crate::panel) fn live_map(map: &LiveMap, kind: &str) -> Result<Framed<LiveMapHead>, PanelError> {
     let grid = match kind {
         "disparity" => &map.disparity,
         "sigma" => &map.sigma,
-        other => return Err(PanelError::NotThere(format!("there is no live map \"{other}\"")).into()),
+        other => return Err(PanelError::NotThere(format!("there is no live map \"{other}\""))),
     };
     let mut known: Vec<f64> =
         grid.values().iter().filter(|value| value.is_finite()).map(|&value| f64::from(value)).collect();
@@ -36,7 +37,7 @@ pub(in crate::panel) fn live_map(map: &LiveMap, kind: &str) -> Result<Reply, Ref
         let place = (share * known.len().saturating_sub(1) as f64).round() as usize;
         known.get(place).copied().unwrap_or(0.0)
     };
-    let head = Head {
+    let head = LiveMapHead {
         rows: grid.rows(),
         columns: grid.columns(),
         bin: map.bin,
@@ -46,5 +47,5 @@ pub(in crate::panel) fn live_map(map: &LiveMap, kind: &str) -> Result<Reply, Ref
         low: at(TAIL),
         high: at(1.0 - TAIL),
     };
-    Reply::framed(&head, grid.values())
+    Ok(Framed(head, grid.values().to_vec()))
 }

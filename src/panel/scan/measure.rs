@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::notes::Notes;
 use crate::memory::available;
 use crate::panel::error::PanelError;
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::panel::state::TaskKind;
 use crate::pipeline::{
     Frames, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, half_heights, inspect_surface,
@@ -25,25 +25,25 @@ use epirig_surface::TrendKind;
 /// # Errors
 /// [`PanelError::Busy`] if the rig is doing something else; [`PanelError::Threads`].
 pub(in crate::panel) fn begin_measurement(
-    shared: &Arc<Shared>,
+    shared: &Arc<SharedState>,
     name: &str,
     folder: PathBuf,
 ) -> Result<(), PanelError> {
-    if !shared.begin(TaskKind::Measuring, format!("measuring with {name}"), None) {
-        return Err(PanelError::Busy("the rig is busy; measure afterwards".to_owned()));
-    }
+    shared
+        .begin(TaskKind::Measuring, format!("measuring with {name}"), None)
+        .map_err(|_| PanelError::Busy("the rig is busy; measure afterwards".to_owned()))?;
     let (shared, name) = (Arc::clone(shared), name.to_owned());
     let ended = Arc::clone(&shared);
     let work = move || {
         // What unwinds leaves scratch files to be removed, and the former results where they are.
         let measured = catch_unwind(AssertUnwindSafe(|| measure(&shared, &folder)));
-        let stopped = shared.look(|state| state.task.as_ref().is_some_and(|task| task.stops));
+        let stopped = shared.look(|state| state.rig.task.as_ref().is_some_and(|task| task.stops));
         shared.end_task();
         match measured {
             Ok(Ok(())) => {
                 shared.note(format!("{name} is measured"));
                 shared.change(|state| {
-                    let scan = state.scan.as_mut().filter(|scan| scan.name == name);
+                    let scan = state.rig.scan.as_mut().filter(|scan| scan.name == name);
                     scan.map(|scan| scan.measured = true)
                 });
             }
@@ -61,7 +61,7 @@ pub(in crate::panel) fn begin_measurement(
 
 /// Calibrates the sequence in `folder` if its rig gives anything to calibrate with, matches it, and analyses its
 /// surface. Results that were there are replaced.
-fn measure(shared: &Arc<Shared>, folder: &Path) -> Result<(), PanelError> {
+fn measure(shared: &Arc<SharedState>, folder: &Path) -> Result<(), PanelError> {
     let (sequence, notes) = (Sequence::open(folder)?, Notes(shared));
     sequence.check_closed()?;
     sequence.check_records()?;

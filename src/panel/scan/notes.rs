@@ -2,19 +2,19 @@
 
 use std::sync::Arc;
 
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use epirig_core::progress::Progress;
 
 /// Shows progress as the task in hand, and notes in the log. A measurement that is to stop ends here: work reports
 /// its progress from all its threads, and unwinding brings all of them to an end.
-pub(in crate::panel) struct Notes<'a>(pub(in crate::panel) &'a Arc<Shared>);
+pub(in crate::panel) struct Notes<'a>(pub(in crate::panel) &'a Arc<SharedState>);
 
 /// What unwinds when a measurement is to stop.
 struct Stopped;
 
 impl Notes<'_> {
     fn check(&self) {
-        if self.0.look(|state| state.task.as_ref().is_some_and(|task| task.stops)) {
+        if self.0.look(|state| state.rig.task.as_ref().is_some_and(|task| task.stops)) {
             // Unlike a panic this is no fault, and is not told as one.
             std::panic::resume_unwind(Box::new(Stopped));
         }
@@ -31,7 +31,7 @@ impl Progress for Notes<'_> {
         self.check();
         // The page is told a hundred times at most: rows are counted, and there are thousands.
         let told = self.0.look(|state| {
-            let task = state.task.as_ref()?;
+            let task = state.rig.task.as_ref()?;
             Some((task.done?, task.of?))
         });
         let Some((done, of)) = told else { return };

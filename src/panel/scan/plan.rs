@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::name::{NAME_RULE, NameRule};
 use crate::capture::CapturePlan;
 use crate::panel::error::PanelError;
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::rig::capture_plan;
 use epirig_data::storage::{free_bytes, is_there};
 
@@ -31,11 +31,13 @@ pub(in crate::panel) struct Planned {
 }
 
 /// The plan of the profile in use, with a name that is free.
-pub(in crate::panel) fn plan(shared: &Arc<Shared>) -> Result<Planned, PanelError> {
+pub(in crate::panel) fn plan(shared: &Arc<SharedState>) -> Result<Planned, PanelError> {
     let profile = shared.draft().profile()?;
     let plan = capture_plan(&profile)?;
     // A stage that is not there does not tell its travel; the scan itself will.
-    if let Some(travel_mm) = shared.look(|state| Some(state.stage.travel_mm).filter(|travel| *travel > 0.0)) {
+    if let Some(travel_mm) =
+        shared.look(|state| Some(state.rig.stage.travel_mm).filter(|travel| *travel > 0.0))
+    {
         plan.check_travel(travel_mm)?;
     }
     let (seconds, frame_bytes) = estimate(shared, &plan);
@@ -60,19 +62,18 @@ pub(in crate::panel) fn plan(shared: &Arc<Shared>) -> Result<Planned, PanelError
 }
 
 /// The first name of `scan-001`, `scan-002` ... that no folder has.
-fn free_name(shared: &Shared) -> String {
+fn free_name(shared: &SharedState) -> String {
     let names = (1..).map(|number| format!("scan-{number:03}"));
     let is_free = |name: &String| !is_there(&shared.folder.join(name)).unwrap_or(false);
     names.take(100_000).find(is_free).unwrap_or_default()
 }
 
 /// How long a scan takes, if stage and camera tell, and the bytes of a frame (0 without a camera).
-pub(super) fn estimate(shared: &Shared, plan: &CapturePlan) -> (Option<Duration>, u64) {
-    let camera = shared.look(|state| state.camera.clone());
+pub(super) fn estimate(shared: &SharedState, plan: &CapturePlan) -> (Option<Duration>, u64) {
+    let (camera, stage) = shared.look(|state| (state.rig.camera.clone(), state.kinematics));
     let sample_bytes = if plan.averaged > 1 || camera.bit_depth > 8 { 2 } else { 1 };
     let frame_bytes = (camera.rows * camera.columns) as u64 * sample_bytes;
     let interval = camera.rate_hz.filter(|rate| *rate > 0.0).map(|rate| Duration::from_secs_f64(1.0 / rate));
-    let stage = shared.kinematics();
     let duration = |mm| stage.map(|stage| stage.duration(mm));
     (plan.estimate(Some(frame_bytes), interval, duration).total(), frame_bytes)
 }

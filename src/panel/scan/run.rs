@@ -9,7 +9,7 @@ use super::plan::estimate;
 use super::watcher::Watcher;
 use crate::capture::{CaptureError, CapturePlan, Rig, capture, resume};
 use crate::panel::live_map::{LiveMap, LiveMapMaker};
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::panel::state::{LiveMapState, LogKind, ScanPhase, ScanState};
 use crate::profile::{Draft, Profile};
 use crate::rig::capture_plan;
@@ -21,7 +21,7 @@ use epirig_devices::stage::StageSource;
 
 /// One run of a scan.
 pub(in crate::panel) struct ScanRun<'a> {
-    pub(in crate::panel) shared: &'a Arc<Shared>,
+    pub(in crate::panel) shared: &'a Arc<SharedState>,
     /// Name of the folder in that of the panel.
     pub(in crate::panel) name: &'a str,
     /// Whether the scan was begun before.
@@ -43,18 +43,18 @@ pub(in crate::panel) fn run_scan(
 ) -> Result<LiveMapMaker, String> {
     let (shared, folder) = (run.shared, run.shared.folder.join(run.name));
     let (plan, before) = planned(run, profile, &folder).map_err(|error| error.to_string())?;
-    shared.set_live_map(None);
-    shared.cover(|coverage| coverage.clear());
     let done = before.as_ref().map_or(0, |sequence| sequence.frames().len());
     let mut state = ScanState::begun(run.name, folder.display().to_string(), plan.positions_mm.len(), done);
     state.free_bytes = free_bytes(&shared.folder);
     shared.change(|known| {
         // What is known of the frames before a pause stays.
-        if let Some(before) = known.scan.take().filter(|before| run.resumed && before.name == run.name) {
+        known.live_map = None;
+        known.coverage.clear();
+        if let Some(before) = known.rig.scan.take().filter(|before| run.resumed && before.name == run.name) {
             (state.stops, state.retakes, state.course) = (before.stops, before.retakes, before.course);
             state.map = before.map;
         }
-        known.scan = Some(state);
+        known.rig.scan = Some(state);
     });
     let map = live_map(run, profile, &plan);
     if let Some(sequence) = &before {
@@ -67,7 +67,7 @@ pub(in crate::panel) fn run_scan(
     }
     let (estimate, frame_bytes) = estimate(shared, &plan);
     let watcher = Watcher::new(shared, &map, &plan.positions_mm, estimate, frame_bytes);
-    let pause = shared.pause_switch();
+    let pause = shared.look(|state| state.pause.clone());
     if shared.is_ending() {
         pause.press();
     }
@@ -113,10 +113,10 @@ fn planned(
 }
 
 /// Says that a scan has all its frames.
-fn done(shared: &Shared, kind: LogKind, words: &str) {
+fn done(shared: &SharedState, kind: LogKind, words: &str) {
     shared.change(|state| {
-        state.log(kind, words);
-        if let Some(scan) = &mut state.scan {
+        state.rig.log(kind, words);
+        if let Some(scan) = &mut state.rig.scan {
             (scan.state, scan.seconds_left, scan.asked) = (ScanPhase::Done, None, None);
             scan.held_by.clear();
         }
@@ -124,12 +124,12 @@ fn done(shared: &Shared, kind: LogKind, words: &str) {
 }
 
 /// The name of a sequence in the folder of the panel; `None` if it is elsewhere.
-fn name_of(shared: &Shared, sequence: &Path) -> Option<String> {
+fn name_of(shared: &SharedState, sequence: &Path) -> Option<String> {
     let is_here = shared.folder.canonicalize().is_ok_and(|here| sequence.parent() == Some(&here));
     is_here.then(|| sequence.file_name()?.to_str().map(str::to_owned)).flatten()
 }
 
-fn end(shared: &Shared, name: &str, error: Option<CaptureError>) {
+fn end(shared: &SharedState, name: &str, error: Option<CaptureError>) {
     let Some(error) = error else { return done(shared, LogKind::Note, "the scan is complete") };
     let folder = shared.folder.join(name);
     // Another program may have renamed it.
@@ -144,7 +144,7 @@ fn end(shared: &Shared, name: &str, error: Option<CaptureError>) {
     };
     if let Some(name) = &name {
         shared.change(|state| {
-            let Some(scan) = &mut state.scan else { return };
+            let Some(scan) = &mut state.rig.scan else { return };
             (scan.name, scan.folder) = (name.clone(), shared.folder.join(name).display().to_string());
         });
     }
@@ -173,8 +173,8 @@ fn end(shared: &Shared, name: &str, error: Option<CaptureError>) {
     };
     shared.change(|state| {
         let kind = if wanted { LogKind::Note } else { LogKind::Error };
-        state.log(kind, words.clone());
-        let Some(scan) = &mut state.scan else { return };
+        state.rig.log(kind, words.clone());
+        let Some(scan) = &mut state.rig.scan else { return };
         let reason = (!(wanted && can_be_resumed)).then_some(words);
         (scan.seconds_left, scan.asked, scan.reason) = (None, None, reason);
         (scan.state, scan.held_by) =
@@ -194,10 +194,10 @@ fn live_map(run: &ScanRun<'_>, profile: &Profile, plan: &CapturePlan) -> LiveMap
         let focal_length_px = optics.focal_length_px(columns);
         let sigma_mm = focal_length_px.and_then(|length_px| height_sigma_mm(&map, length_px * baseline_mm));
         let (frames, sigma_px) = (map.frames, map.median_sigma_px);
-        shared.set_live_map(Some(map));
         shared.change(|state| {
+            state.live_map = Some(Arc::new(map));
             // The last map of a scan may come when another one has begun.
-            let Some(scan) = state.scan.as_mut().filter(|scan| scan.name == name) else { return };
+            let Some(scan) = state.rig.scan.as_mut().filter(|scan| scan.name == name) else { return };
             let number = scan.map.as_ref().map_or(1, |map| map.number + 1);
             scan.map = Some(LiveMapState { number, frames, sigma_px, sigma_mm });
             scan.has_sigma(frames, sigma_px);

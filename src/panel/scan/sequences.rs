@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::panel::error::PanelError;
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::results::{read_conclusion, results_beside};
 use epirig_data::sequence::{ExitStatus, Origin, Sequence, sequences_in};
 
@@ -23,7 +23,7 @@ pub(in crate::panel) struct Entry {
 }
 
 /// The sequences, the newest first. One whose records cannot be read is left out.
-pub(in crate::panel) fn sequences(shared: &Shared) -> Vec<Entry> {
+pub(in crate::panel) fn sequences(shared: &SharedState) -> Vec<Entry> {
     let opened = sequences_in(&shared.folder)
         .into_iter()
         .filter_map(|name| Some((Sequence::open(&shared.folder.join(&name)).ok()?, name)));
@@ -54,7 +54,7 @@ fn entry(sequence: &Sequence, name: String) -> Entry {
 ///
 /// # Errors
 /// [`PanelError::NotThere`].
-pub(in crate::panel) fn folder_of(shared: &Shared, name: &str) -> Result<PathBuf, PanelError> {
+pub(in crate::panel) fn folder_of(shared: &SharedState, name: &str) -> Result<PathBuf, PanelError> {
     if sequences_in(&shared.folder).iter().any(|known| known == name) {
         return Ok(shared.folder.join(name));
     }

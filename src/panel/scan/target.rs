@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::panel::shared::{COLUMNS, ROWS, Shared};
+use crate::panel::shared::{COLUMNS, ROWS, SharedState};
 use crate::panel::state::TargetState;
 use epirig_calibration::target::{ChessBoard, FoundBoard, find_boards};
 use epirig_core::frame::Frame;
 
 /// Whether the profile describes a chess-board.
-pub(in crate::panel) fn has_target(shared: &Shared) -> bool {
+pub(in crate::panel) fn has_target(shared: &SharedState) -> bool {
     shared
         .draft()
         .profile()
@@ -16,14 +16,14 @@ pub(in crate::panel) fn has_target(shared: &Shared) -> bool {
 }
 
 /// Whether a simulated camera can be shown the chess-board that is held by hand.
-pub(in crate::panel) fn shows_board(shared: &Shared) -> bool {
+pub(in crate::panel) fn shows_board(shared: &SharedState) -> bool {
     shared.draft().profile().is_ok_and(|profile| profile.board.chess_board().is_some())
 }
 
 /// The board of the profile in `frame`: the one held by hand, or else those on the object. With `covers`, its
 /// corners count as seen. `None` if the profile describes no board.
 pub(in crate::panel) fn find_target(
-    shared: &Arc<Shared>,
+    shared: &Arc<SharedState>,
     frame: &Frame,
     covers: bool,
 ) -> Option<TargetState> {
@@ -38,7 +38,10 @@ pub(in crate::panel) fn find_target(
         missing => printed().or(missing),
     }?;
     let corners = if covers && target.complete { target.corners.clone() } else { Vec::new() };
-    target.coverage = shared.cover(|coverage| coverage.add(&corners, frame.columns(), frame.rows()));
+    target.coverage = shared.change(|state| {
+        state.coverage.add(&corners, frame.columns(), frame.rows());
+        state.coverage.seen().to_vec()
+    });
     Some(target)
 }
 

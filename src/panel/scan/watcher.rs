@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::notes::Notes;
 use crate::capture::{Awaited, ScanWatcher};
 use crate::panel::live_map::LiveMapMaker;
-use crate::panel::shared::Shared;
+use crate::panel::shared::SharedState;
 use crate::panel::state::{Presence, Retake, Stop};
 use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
@@ -22,7 +22,7 @@ const ENOUGH: usize = 5;
 
 /// Watches one run of a scan.
 pub(super) struct Watcher<'a> {
-    shared: &'a Arc<Shared>,
+    shared: &'a Arc<SharedState>,
     map: &'a LiveMapMaker,
     positions_mm: &'a [f64],
     /// Time of the whole scan by the plan.
@@ -37,7 +37,7 @@ pub(super) struct Watcher<'a> {
 
 impl<'a> Watcher<'a> {
     pub(super) fn new(
-        shared: &'a Arc<Shared>,
+        shared: &'a Arc<SharedState>,
         map: &'a LiveMapMaker,
         positions_mm: &'a [f64],
         planned: Option<Duration>,
@@ -81,12 +81,12 @@ impl ScanWatcher for Watcher<'_> {
             at_s: self.began.elapsed().as_secs_f64(),
         };
         let free = free_bytes(&self.shared.folder);
-        let done = self.shared.look(|state| state.scan.as_ref().map_or(0, |scan| scan.done)) + 1;
+        let done = self.shared.look(|state| state.rig.scan.as_ref().map_or(0, |scan| scan.done)) + 1;
         let seconds_left = self.seconds_left(frames.saturating_sub(done));
         self.shared.change(|state| {
-            (state.stage.position_mm, state.stage.homed) = (Some(stop.reported_mm), true);
-            state.free_bytes = free;
-            let Some(scan) = &mut state.scan else { return };
+            (state.rig.stage.position_mm, state.rig.stage.homed) = (Some(stop.reported_mm), true);
+            state.rig.free_bytes = free;
+            let Some(scan) = &mut state.rig.scan else { return };
             scan.done = done;
             // A frame that is taken again, as after a loss of the position, has one entry.
             scan.stops.retain(|before| before.index != stop.index);
@@ -104,7 +104,7 @@ impl ScanWatcher for Watcher<'_> {
         self.attempts.store(attempt + 1, Ordering::SeqCst);
         self.shared.warn(format!("frame {index} is taken again: {reason}"));
         let retake = Retake { index, attempt, reason: reason.to_owned() };
-        self.shared.change(|state| state.scan.as_mut().map(|scan| scan.retakes.push(retake)));
+        self.shared.change(|state| state.rig.scan.as_mut().map(|scan| scan.retakes.push(retake)));
     }
 
     fn waits_for(&self, part: Option<Awaited>) {
@@ -113,7 +113,7 @@ impl ScanWatcher for Watcher<'_> {
                 Awaited::Camera => "camera",
                 Awaited::Stage => "stage",
             });
-            if let Some(scan) = &mut state.scan {
+            if let Some(scan) = &mut state.rig.scan {
                 scan.held_by = holder.into_iter().collect();
                 if part.is_some() {
                     // Nobody knows when it comes back.
@@ -121,9 +121,9 @@ impl ScanWatcher for Watcher<'_> {
                 }
             }
             match part {
-                Some(Awaited::Camera) => state.camera.state = Presence::Lost,
-                Some(Awaited::Stage) => state.stage.state = Presence::Lost,
-                None => (state.camera.state, state.stage.state) = (Presence::Busy, Presence::Ready),
+                Some(Awaited::Camera) => state.rig.camera.state = Presence::Lost,
+                Some(Awaited::Stage) => state.rig.stage.state = Presence::Lost,
+                None => (state.rig.camera.state, state.rig.stage.state) = (Presence::Busy, Presence::Ready),
             }
         });
     }

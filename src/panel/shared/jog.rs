@@ -1,6 +1,5 @@
 //! A motion that goes on only while somebody holds it.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Without a word from the page for this long, the motion ends.
@@ -15,34 +14,30 @@ struct Held {
 
 /// The button that is held, if one is.
 #[derive(Debug, Default)]
-pub(in crate::panel) struct Jog(Mutex<Option<Held>>);
+pub(in crate::panel) struct Jog(Option<Held>);
 
 impl Jog {
-    fn held(&self) -> MutexGuard<'_, Option<Held>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// A button is pressed; another one counts as released.
-    pub(in crate::panel) fn press(&self, id: u64, now: Instant) {
-        *self.held() = Some(Held { id, heard: now });
+    pub(in crate::panel) fn press(&mut self, id: u64, now: Instant) {
+        self.0 = Some(Held { id, heard: now });
     }
 
     /// The button is still held; returns whether that counts. One that was released or forgotten stays so.
-    pub(in crate::panel) fn keep(&self, id: u64, now: Instant) -> bool {
-        self.held().as_mut().filter(|held| held.is(id, now)).map(|held| held.heard = now).is_some()
+    pub(in crate::panel) fn keep(&mut self, id: u64, now: Instant) -> bool {
+        self.0.as_mut().filter(|held| held.is(id, now)).map(|held| held.heard = now).is_some()
     }
 
-    pub(in crate::panel) fn release(&self, id: u64) {
-        self.held().take_if(|held| held.id == id);
+    pub(in crate::panel) fn release(&mut self, id: u64) {
+        self.0.take_if(|held| held.id == id);
     }
 
-    pub(in crate::panel) fn release_all(&self) {
-        *self.held() = None;
+    pub(in crate::panel) fn release_all(&mut self) {
+        self.0 = None;
     }
 
     /// Whether the button is held, as far as one can know.
     pub(in crate::panel) fn is_held(&self, id: u64, now: Instant) -> bool {
-        self.held().is_some_and(|held| held.is(id, now))
+        self.0.is_some_and(|held| held.is(id, now))
     }
 }
 
@@ -58,7 +53,7 @@ mod tests {
 
     #[test]
     fn a_jog_lives_by_words_of_the_page_and_never_comes_back() {
-        let (jog, began) = (Jog::default(), Instant::now());
+        let (mut jog, began) = (Jog::default(), Instant::now());
         let at = |milliseconds| began + Duration::from_millis(milliseconds);
         assert!(!jog.keep(1, at(0)));
         assert!(!jog.is_held(1, at(0)), "nobody pressed it");

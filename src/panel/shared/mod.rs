@@ -2,16 +2,16 @@
 
 mod control;
 mod coverage;
-mod desk;
 mod jog;
-mod mailbox;
+mod orders;
+mod panel_state;
 mod picture_feed;
 mod pictures;
 mod state_feed;
 
 pub(in crate::panel) use coverage::{COLUMNS, ROWS};
-pub use desk::PanelHooks;
-pub(in crate::panel) use desk::Shared;
-pub(in crate::panel) use mailbox::{Order, Reply};
+pub(in crate::panel) use orders::{Order, OrderReply};
+pub use panel_state::PanelHooks;
+pub(in crate::panel) use panel_state::SharedState;
 pub(in crate::panel) use picture_feed::PictureFeed;
 pub(in crate::panel) use state_feed::StateFeed;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::desk::Shared;
+use super::panel_state::SharedState;
 use epirig_core::frame::{Frame, Samples};
 use epirig_server::{Bell, Feed, Message, Refusal, RefusalKind};
 
@@ -52,13 +52,13 @@ struct Head {
 
 /// The pictures for one page.
 pub(in crate::panel) struct PictureFeed {
-    shared: Arc<Shared>,
+    shared: Arc<SharedState>,
     wish: Wish,
     sent: Option<(u64, Instant)>,
 }
 
 impl PictureFeed {
-    pub(in crate::panel) fn new(shared: Arc<Shared>) -> Self {
+    pub(in crate::panel) fn new(shared: Arc<SharedState>) -> Self {
         Self { shared, wish: Wish::default(), sent: None }
     }
 }

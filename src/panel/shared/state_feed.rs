@@ -3,19 +3,19 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::desk::Shared;
+use super::panel_state::SharedState;
 use epirig_server::{Bell, Feed, Message};
 
 /// The state for one page.
 pub(in crate::panel) struct StateFeed {
-    shared: Arc<Shared>,
+    shared: Arc<SharedState>,
     /// The page that follows it, if it has told its name.
     client: Option<String>,
     sent: Option<String>,
 }
 
 impl StateFeed {
-    pub(in crate::panel) fn new(shared: Arc<Shared>, client: Option<&str>) -> Self {
+    pub(in crate::panel) fn new(shared: Arc<SharedState>, client: Option<&str>) -> Self {
         let client = client.map(str::to_owned);
         client.iter().for_each(|client| shared.control(|controller| controller.comes(client)));
         Self { shared, client, sent: None }
@@ -36,7 +36,8 @@ impl Feed for StateFeed {
     }
 
     fn next(&mut self) -> Option<Message> {
-        let text = self.shared.look(|state| serde_json::to_string(state).ok())?;
+        let rig = self.shared.look(|state| state.rig.clone());
+        let text = serde_json::to_string(&rig).ok()?;
         if self.sent.as_ref() == Some(&text) {
             return None;
         }
