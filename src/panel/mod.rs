@@ -7,6 +7,8 @@
 mod background;
 mod error;
 mod live_map;
+#[cfg(test)]
+pub(crate) mod page_types;
 mod parameters;
 mod questions;
 mod requests;

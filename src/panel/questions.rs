@@ -4,7 +4,11 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+#[cfg(test)]
+use ts_rs::TypeVisitor as _;
 
+#[cfg(test)]
+use super::page_types::Declarations;
 use super::parameters::read;
 use epirig_server::{LARGEST_ORDER, Query, Refusal, RefusalKind, Reply};
 
@@ -39,8 +43,21 @@ impl Asked<'_> {
     }
 }
 
+/// What the page has as a type, too. Only tests know it: they write the types of the page.
+#[cfg(test)]
+pub(super) trait OnPage: ts_rs::TS + 'static {}
+#[cfg(test)]
+impl<T: ts_rs::TS + 'static> OnPage for T {}
+#[cfg(not(test))]
+pub(super) trait OnPage {}
+#[cfg(not(test))]
+impl<T> OnPage for T {}
+
 /// An answer that can be sent.
 pub(super) trait Answer {
+    /// Its type on the page.
+    type Told: OnPage;
+
     /// What is sent.
     ///
     /// # Errors
@@ -51,7 +68,9 @@ pub(super) trait Answer {
 /// A record, sent as JSON.
 pub(super) struct Json<T>(pub(super) T);
 
-impl<T: Serialize> Answer for Json<T> {
+impl<T: Serialize + OnPage> Answer for Json<T> {
+    type Told = T;
+
     fn reply(self) -> Result<Reply, Refusal> {
         Reply::json(&self.0)
     }
@@ -60,7 +79,9 @@ impl<T: Serialize> Answer for Json<T> {
 /// A record and numbers behind it.
 pub(super) struct Framed<T>(pub(super) T, pub(super) Vec<f32>);
 
-impl<T: Serialize> Answer for Framed<T> {
+impl<T: Serialize + OnPage> Answer for Framed<T> {
+    type Told = T;
+
     fn reply(self) -> Result<Reply, Refusal> {
         Reply::framed(&self.0, &self.1)
     }
@@ -68,6 +89,8 @@ impl<T: Serialize> Answer for Framed<T> {
 
 /// Nothing but that it was done.
 impl Answer for () {
+    type Told = ();
+
     fn reply(self) -> Result<Reply, Refusal> {
         Reply::json(&())
     }
@@ -75,6 +98,8 @@ impl Answer for () {
 
 /// A file, or numbers alone.
 impl Answer for Reply {
+    type Told = ();
+
     fn reply(self) -> Result<Reply, Refusal> {
         Ok(self)
     }
@@ -92,6 +117,9 @@ pub(super) struct Question<S> {
     is_urgent: bool,
     largest: usize,
     handler: Box<Handler<S>>,
+    /// Tells which types the page needs for it.
+    #[cfg(test)]
+    pub(super) types: fn(&mut Declarations),
 }
 
 impl<S: 'static> Question<S> {
@@ -100,12 +128,32 @@ impl<S: 'static> Question<S> {
         path: &'static str,
         handler: impl Fn(&S, Asked<'_>) -> Result<Reply, Refusal> + Send + Sync + 'static,
     ) -> Self {
-        let handler = Box::new(handler);
-        Self { method, path, is_open: false, is_urgent: false, largest: LARGEST_ORDER, handler }
+        Self {
+            method,
+            path,
+            is_open: false,
+            is_urgent: false,
+            largest: LARGEST_ORDER,
+            handler: Box::new(handler),
+            #[cfg(test)]
+            types: |_| {},
+        }
+    }
+
+    /// A question that is asked with a `Q` and answered with an `A`.
+    pub(super) fn typed<Q: OnPage, A: Answer>(self) -> Self {
+        Self {
+            #[cfg(test)]
+            types: |all| {
+                all.visit::<Q>();
+                all.visit::<A::Told>();
+            },
+            ..self
+        }
     }
 
     /// A question whose address says it all: `Q` has what the braces of `path` and the query name.
-    pub(super) fn get<Q: DeserializeOwned, A: Answer>(
+    pub(super) fn get<Q: DeserializeOwned + OnPage, A: Answer>(
         path: &'static str,
         handler: impl Fn(&S, Q) -> Result<A, Refusal> + Send + Sync + 'static,
     ) -> Self {
@@ -113,16 +161,18 @@ impl<S: 'static> Question<S> {
             let named = named(path, asked.path).unwrap_or_default();
             handler(site, read(&named, asked.query)?)?.reply()
         })
+        .typed::<Q, A>()
     }
 
     /// A question that comes with JSON.
-    pub(super) fn post<Q: DeserializeOwned, A: Answer>(
+    pub(super) fn post<Q: DeserializeOwned + OnPage, A: Answer>(
         path: &'static str,
         handler: impl Fn(&S, Q) -> Result<A, Refusal> + Send + Sync + 'static,
     ) -> Self {
         Self::new(Method::Post, path, move |site, asked| {
             handler(site, asked.taken("the question is not understood")?)?.reply()
         })
+        .typed::<Q, A>()
     }
 
     /// Whoever may look may ask this, too.
@@ -145,9 +195,17 @@ impl<S: 'static> Question<S> {
         self,
         find: impl Fn(&T, Asked<'_>) -> Result<F, Refusal> + Send + Sync + 'static,
     ) -> Question<T> {
-        let Self { method, path, is_open, is_urgent, largest, handler } = self;
-        let handler = Box::new(move |site: &T, asked: Asked<'_>| handler(&*find(site, asked)?, asked));
-        Question { method, path, is_open, is_urgent, largest, handler }
+        let handler = self.handler;
+        Question {
+            method: self.method,
+            path: self.path,
+            is_open: self.is_open,
+            is_urgent: self.is_urgent,
+            largest: self.largest,
+            handler: Box::new(move |site, asked| handler(&*find(site, asked)?, asked)),
+            #[cfg(test)]
+            types: self.types,
+        }
     }
 }
 
@@ -216,18 +274,20 @@ mod tests {
     use super::*;
     use serde::Deserialize;
 
-    #[derive(Deserialize)]
+    #[derive(Deserialize, ts_rs::TS)]
     struct Place {
         id: String,
         level: usize,
         kind: Option<String>,
     }
 
+    type Names = std::collections::BTreeMap<String, String>;
+
     fn table() -> Questions<()> {
         Questions(vec![
             Question::get("maps/{id}/{level}", |_, Place { id, level, kind }| Ok(Json((id, level, kind)))),
-            Question::get("files/{id*}", |_, asked: Value| Ok(Json(asked))),
-            Question::post("stop", |_, asked: Value| Ok(Json(asked))).open().urgent().up_to(7),
+            Question::get("files/{id*}", |_, asked: Names| Ok(Json(asked))),
+            Question::post("stop", |_, asked: Names| Ok(Json(asked))).open().urgent().up_to(7),
         ])
     }
 

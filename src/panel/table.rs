@@ -8,13 +8,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::error::PanelError;
-use super::questions::{Answer, Json, Method, Question, Questions};
+use super::questions::{Answer, Json, Method, OnPage, Question, Questions};
 use super::requests::{
     Arranged, ControlValue, Examination, JogButton, JogId, Length, LiveMapQuery, Nothing, ProfileValues,
     SavedValues, SequenceName, Signature, Switched, View,
 };
 use super::results::{About, results_questions};
-use super::rig::{Control, FormMistake, change_profile, controls, profile_form, save_profile};
+use super::rig::{Control, ProfileMistake, change_profile, controls, profile_form, save_profile};
 use super::scan::{
     begin_measurement, folder_of, has_target, live_map, plan, sequences, shows_board, why_no_name,
 };
@@ -128,7 +128,7 @@ pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
 });
 
 /// Something that only the page with control may do.
-fn order<Q: DeserializeOwned, A: Answer>(
+fn order<Q: DeserializeOwned + OnPage, A: Answer>(
     path: &'static str,
     handler: impl Fn(&Panel, Q) -> Result<A, Refusal> + Send + Sync + 'static,
 ) -> Question<Panel> {
@@ -141,10 +141,12 @@ fn order<Q: DeserializeOwned, A: Answer>(
         }
         handler(panel, asked.taken(UNFIT)?)?.reply()
     })
+    .typed::<Q, A>()
 }
 
 /// Where a profile was saved.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct Saved {
     file: String,
 }
@@ -196,7 +198,7 @@ fn use_profile(panel: &Panel, ProfileValues { values }: ProfileValues) -> Result
 }
 
 /// Mistakes in a profile that was to be used.
-fn mistaken(mistakes: Vec<FormMistake>) -> Refusal {
+fn mistaken(mistakes: Vec<ProfileMistake>) -> Refusal {
     let words: Vec<String> = mistakes.into_iter().map(|mistake| mistake.words).collect();
     PanelError::Wrong(words.join("; ")).into()
 }

@@ -34,6 +34,7 @@ pub struct Draft(Settings);
 
 /// A section of a draft.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "ProfileSection"))]
 pub struct DraftSection {
     /// Its name in the file.
     pub name: &'static str,
@@ -45,6 +46,7 @@ pub struct DraftSection {
 
 /// A key of a draft.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "ProfileKey"))]
 pub struct DraftKey {
     /// With its section, such as `plan.step`.
     pub path: String,

@@ -11,6 +11,7 @@ use epirig_surface::{Combined, ScaleSigma};
 
 /// What was measured, how well that is known, and whether it is as planned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Conclusion {
     /// All of it in words, in ASCII.
     pub sentence: String,

@@ -84,6 +84,7 @@ impl From<PixelLocking> for LockingSummary {
 
 /// Contents of `match.json`: settings and results in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct MatchSummary {
     /// Version of the format: that of [`ResultsKind::Match`].
     pub format: u32,
@@ -105,11 +106,13 @@ pub struct MatchSummary {
     pub positions: String,
     /// Region of the picture that was asked for, if one was given.
     #[serde(default)]
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub region: Option<Rectangle>,
     /// Mask of the picture, if one was given; pixels were matched that lie in both.
     #[serde(default)]
     pub mask: Option<MaskFacts>,
     /// The options of the matcher, as they were asked for.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub settings: MatchOptions,
     /// Index of the reference frame.
     pub reference: usize,
@@ -124,6 +127,7 @@ pub struct MatchSummary {
     /// Whether the range was found from the data.
     pub range_found: bool,
     /// Whether the ordering constraint was applied.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub ordering_constraint: OrderingUsed,
     /// Neighbouring pixels of the final map that change their order between the first and the last frame.
     /// Without the ordering constraint depth edges do that. With it the mapping of candidates has no
@@ -156,8 +160,10 @@ pub struct MatchSummary {
     pub median_sigma_px: Option<f64>,
     /// Pixel locking; absent if it could not be measured.
     #[serde(default)]
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub pixel_locking: Option<LockingSummary>,
     /// How the light changed, which is taken off; absent if nothing shows it.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub light: Option<LightChange>,
     /// Distance that is the zero of heights, in mm, if the geometry is known.
     pub distance_mm: Option<f64>,

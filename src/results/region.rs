@@ -68,6 +68,7 @@ pub struct Mask {
 
 /// Which mask was used, for the records.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct MaskFacts {
     /// Name of the file, without its folder.
     pub file: String,

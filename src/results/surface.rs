@@ -10,6 +10,7 @@ use epirig_surface::{
 
 /// Contents of `surface.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SurfaceSummary {
     /// Version of the record, that of [`ResultsKind::Surface`](super::ResultsKind).
     pub format: u32,
@@ -31,11 +32,13 @@ pub struct SurfaceSummary {
     pub origin_px: (f64, f64),
     /// Relative standard uncertainties of the scale. All lengths along the optical axis share both of them; those along
     /// the picture share that of the baseline alone, because Z / f = b / |d|.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub scale_sigma: ScaleSigma,
     /// The heights that were used.
     pub field: FieldSummary,
     /// Form that was removed from the heights: that of the upper level if there are two, else of the whole
     /// region.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub trend: Trend,
     /// Its tilt along x and y, in deg.
     pub tilt_deg: (f64, f64),
@@ -46,8 +49,10 @@ pub struct SurfaceSummary {
     /// Why there are no levels.
     pub no_levels: Option<String>,
     /// Filters of all roughness here.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub filters: Filters,
     /// Roughness of the region after removal of the form and of outliers; hollows are included.
+    #[cfg_attr(test, ts(as = "crate::panel::page_types::Roughness"))]
     pub roughness: Roughness,
 }
 
@@ -64,8 +69,10 @@ impl SurfaceSummary {
 
 /// Use of the heights, as in `used.png`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct FieldSummary {
     /// Region of the picture, if one was given.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub region: Option<Rectangle>,
     /// Mask of the picture, if one was given; pixels must lie in both.
     pub mask: Option<MaskFacts>,
@@ -87,10 +94,13 @@ pub struct FieldSummary {
 
 /// The two levels of a surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LevelsSummary {
     /// Depth of the lower level below the upper, with the interval by its scatter alone.
+    #[cfg_attr(test, ts(as = "crate::panel::page_types::Depth"))]
     pub depth: Depth,
     /// All contributions to its uncertainty, and their sum.
+    #[cfg_attr(test, ts(as = "crate::panel::page_types::Budget"))]
     pub budget: Budget,
     /// Whether each half of the frames was measured on the levels that the other half shows. Otherwise the heights
     /// were divided by themselves, and the depth is too large.
@@ -100,18 +110,24 @@ pub struct LevelsSummary {
     /// Distance from the walls that was left out, in px.
     pub margin_px: usize,
     /// Depth at other distances. If it still grows, windows reach across the walls.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub by_margin: Vec<DepthAtMargin>,
     /// Depth on the plateaus of ISO 5436-1, if parts are wide enough for them.
+    #[cfg_attr(test, ts(type = "unknown"))]
     pub on_plateaus: Option<DepthOnPlateaus>,
     /// Errors of pixels further apart than this are independent, in px.
     pub correlation_reach_px: usize,
     /// Roughness of the levels away from the walls, with the noise that sigma predicts.
+    #[cfg_attr(test, ts(as = "Option<crate::panel::page_types::Roughness>"))]
     pub roughness: Option<Roughness>,
     /// Roughness of the upper level alone, away from the walls.
+    #[cfg_attr(test, ts(as = "Option<crate::panel::page_types::Roughness>"))]
     pub upper: Option<Roughness>,
     /// Roughness of the lower level alone, away from the walls.
+    #[cfg_attr(test, ts(as = "Option<crate::panel::page_types::Roughness>"))]
     pub lower: Option<Roughness>,
     /// Each part.
+    #[cfg_attr(test, ts(as = "Vec<crate::panel::page_types::Part>"))]
     pub parts: Vec<Part>,
 }
 

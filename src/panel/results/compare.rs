@@ -16,6 +16,7 @@ const MOST: usize = 1 << 20;
 
 /// What is to be compared.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct CompareQuery {
     /// Name of the other results.
     #[serde(default)]
@@ -26,20 +27,25 @@ pub(super) struct CompareQuery {
 
 /// How the differences are spread.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct CompareInfo {
     rows: usize,
     columns: usize,
     step: usize,
     unit: &'static str,
     count: usize,
+    #[cfg_attr(test, ts(as = "Option<f64>"))]
     mean: f64,
+    #[cfg_attr(test, ts(as = "Option<f64>"))]
     median: f64,
+    #[cfg_attr(test, ts(as = "Option<f64>"))]
     standard_deviation: f64,
     in_sigma: InSigma,
 }
 
 /// Shares of the differences within one and two combined standard uncertainties.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct InSigma {
     one: f64,
     two: f64,

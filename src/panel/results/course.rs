@@ -6,14 +6,16 @@ use super::view::ResultsView;
 use epirig_data::sequence::Event;
 
 #[derive(Serialize)]
-pub(super) struct Course {
-    frames: Vec<FrameFacts>,
-    retakes: Vec<RetakeFacts>,
-    events: Vec<EventFacts>,
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(super) struct StageInfo {
+    frames: Vec<StageFrame>,
+    retakes: Vec<StageRetake>,
+    events: Vec<StageEvent>,
 }
 
 #[derive(Serialize)]
-struct FrameFacts {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct StageFrame {
     index: usize,
     planned_mm: Option<f64>,
     reported_mm: Option<f64>,
@@ -27,7 +29,8 @@ struct FrameFacts {
 }
 
 #[derive(Serialize)]
-struct RetakeFacts {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct StageRetake {
     frame: usize,
     attempt: usize,
     reason: String,
@@ -35,12 +38,13 @@ struct RetakeFacts {
 }
 
 #[derive(Serialize)]
-struct EventFacts {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct StageEvent {
     at: String,
     words: String,
 }
 
-pub(super) fn course(view: &ResultsView) -> Course {
+pub(super) fn course(view: &ResultsView) -> StageInfo {
     let sequence = &view.sequence;
     let opened = view.results.as_ref();
     let measured =
@@ -56,7 +60,7 @@ pub(super) fn course(view: &ResultsView) -> Course {
         let of_frame = |event: &&Event| matches!(event, Event::Retake(retake) if retake.index == index);
         sequence.events().iter().filter(of_frame).count()
     };
-    let frames = sequence.frames().iter().enumerate().map(|(place, frame)| FrameFacts {
+    let frames = sequence.frames().iter().enumerate().map(|(place, frame)| StageFrame {
         index: frame.index,
         planned_mm: frame.commanded_mm,
         reported_mm: frame.reported_mm,
@@ -73,7 +77,7 @@ pub(super) fn course(view: &ResultsView) -> Course {
     let mut events = Vec::new();
     for event in sequence.events() {
         match event {
-            Event::Retake(retake) => retakes.push(RetakeFacts {
+            Event::Retake(retake) => retakes.push(StageRetake {
                 frame: retake.index,
                 attempt: retake.attempt,
                 reason: retake.reason.clone(),
@@ -84,13 +88,13 @@ pub(super) fn course(view: &ResultsView) -> Course {
                     format!("; home was found again within {:.4} mm", shift_mm.abs())
                 });
                 let words = format!("the scan continued after: {}{shift}", resumed.after);
-                events.push(EventFacts { at: resumed.at.clone(), words });
+                events.push(StageEvent { at: resumed.at.clone(), words });
             }
             Event::Frame(_) | Event::Dark(_) | Event::Flat(_) | Event::Board(_) => {}
         }
     }
     if let (Some(stop), Some(words)) = (sequence.stop(), sequence.end_in_words()) {
-        events.push(EventFacts { at: stop.stopped.clone(), words });
+        events.push(StageEvent { at: stop.stopped.clone(), words });
     }
-    Course { frames: frames.collect(), retakes, events }
+    StageInfo { frames: frames.collect(), retakes, events }
 }

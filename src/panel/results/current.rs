@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::view::ResultsView;
 use super::{facts, questions, tiles};
 use crate::panel::PanelError;
-use crate::panel::questions::{Answer, Json, Method, Question, Questions};
+use crate::panel::questions::{Json, Method, Question, Questions};
 use crate::panel::requests::Nothing;
 use epirig_server::{Query, Refusal, RefusalKind, Reply, Site};
 
@@ -108,7 +108,9 @@ pub(in crate::panel) fn results_questions() -> impl Iterator<Item = Question<Cur
     let first = [
         Question::get("about", |view: &ResultsView, Nothing {}| Ok(Json(facts::about(view))))
             .of(|current: &CurrentResults, _| Ok(current.view()?)),
-        Question::new(Method::Get, "results", |view, _| Json(facts::results(view)).reply())
+        // It borrows from what it is about.
+        Question::new(Method::Get, "results", |view, _| Reply::json(&facts::results(view)))
+            .typed::<Nothing, Json<facts::Results<'static>>>()
             .of(|current: &CurrentResults, _| Ok(current.view()?)),
     ];
     // They are those of the page, or are refused.

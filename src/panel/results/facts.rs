@@ -5,17 +5,19 @@ use serde_json::Value;
 
 use super::frames::FrameKind;
 use super::view::{RESULTS, ResultsView};
-use crate::panel::results::maps::MapFacts;
+use crate::panel::results::maps::MapInfo;
 use crate::results::{MatchSummary, ResultsKind, results_beside};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::Origin;
 
 /// The program, and what it shows.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct About {
     program: &'static str,
     version: &'static str,
     /// `view` or `ui`.
+    #[cfg_attr(test, ts(type = "'view' | 'ui'"))]
     mode: &'static str,
     /// Whether there is a rig.
     rig: bool,
@@ -40,23 +42,26 @@ pub(super) fn about(view: &ResultsView) -> About {
 }
 
 #[derive(Serialize)]
-pub(super) struct Facts<'a> {
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(super) struct Results<'a> {
     id: &'a str,
-    sequence: SequenceFacts<'a>,
-    results: Option<ResultsFacts<'a>>,
+    sequence: SequenceInfo<'a>,
+    results: Option<MatchInfo<'a>>,
     others: Vec<String>,
-    geometry: Option<GeometryFacts>,
+    geometry: Option<Geometry>,
+    #[cfg_attr(test, ts(as = "Option<crate::results::SurfaceSummary>"))]
     surface: Option<Value>,
     /// What exists and is not shown, and why.
     unfit: Option<&'a str>,
     /// The part of the picture that has answers: x and y of its first pixel, and of the one after its last.
     answered_px: Option<[usize; 4]>,
-    maps: Vec<MapFacts<'a>>,
-    frames: FramesFacts,
+    maps: Vec<MapInfo<'a>>,
+    frames: FramesInfo,
 }
 
 #[derive(Serialize)]
-struct SequenceFacts<'a> {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct SequenceInfo<'a> {
     name: String,
     uid: &'a str,
     created: &'a str,
@@ -70,7 +75,8 @@ struct SequenceFacts<'a> {
 }
 
 #[derive(Serialize)]
-struct ResultsFacts<'a> {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct MatchInfo<'a> {
     name: String,
     calibrated: bool,
     quick: bool,
@@ -80,7 +86,8 @@ struct ResultsFacts<'a> {
 }
 
 #[derive(Serialize)]
-struct GeometryFacts {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct Geometry {
     pixel_mm: f64,
     distance_mm: f64,
     /// The place whose lateral coordinates are zero: where the optical axis meets the image.
@@ -88,7 +95,8 @@ struct GeometryFacts {
 }
 
 #[derive(Serialize)]
-struct FramesFacts {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct FramesInfo {
     count: usize,
     rows: usize,
     columns: usize,
@@ -98,7 +106,7 @@ struct FramesFacts {
     matched: FrameKind,
 }
 
-pub(super) fn results(view: &ResultsView) -> Facts<'_> {
+pub(super) fn results(view: &ResultsView) -> Results<'_> {
     let record = view.sequence.record();
     let opened = view.results.as_ref();
     let matched = opened.map(|opened| &opened.matched);
@@ -107,9 +115,9 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
     let calibrated = calibration.is_some();
     let tau = calibration.map(|(calibration, _)| calibration.positions.tau.clone());
     let tau = tau.or_else(|| view.sequence.tau().ok().map(|tau| tau.values().to_vec())).unwrap_or_default();
-    Facts {
+    Results {
         id: &view.id,
-        sequence: SequenceFacts {
+        sequence: SequenceInfo {
             name: view.sequence.name(),
             uid: &record.uid,
             created: &record.created,
@@ -121,7 +129,7 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
             end_in_words: view.sequence.end_in_words(),
             origin: origin(&record.origin),
         },
-        results: matched.map(|summary| ResultsFacts {
+        results: matched.map(|summary| MatchInfo {
             name: file_name(&view.folder),
             calibrated,
             quick: summary.settings.quick,
@@ -132,7 +140,7 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
             .into_iter()
             .filter(|name| view.sequence.folder().join(name) != view.folder)
             .collect(),
-        geometry: heights.map(|heights| GeometryFacts {
+        geometry: heights.map(|heights| Geometry {
             pixel_mm: heights.pixel_mm(),
             distance_mm: heights.distance_mm,
             origin_px: [heights.geometry.principal_point_x_px, heights.geometry.principal_point_y_px],
@@ -141,7 +149,7 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
         unfit: view.unfit(),
         answered_px: opened.and_then(|opened| answered(&opened.disparity)),
         maps: view.maps.facts(),
-        frames: FramesFacts {
+        frames: FramesInfo {
             count: view.sequence.frames().len(),
             rows: record.rows,
             columns: record.columns,

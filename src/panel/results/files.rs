@@ -12,14 +12,15 @@ use epirig_server::Reply;
 const SURFACE: &str = "surface/";
 
 #[derive(Serialize)]
-pub(super) struct FileFacts {
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(super) struct Download {
     name: String,
     title: String,
     bytes: u64,
 }
 
 /// The files of the results.
-pub(super) fn downloads(view: &ResultsView) -> Vec<FileFacts> {
+pub(super) fn downloads(view: &ResultsView) -> Vec<Download> {
     let Some(results) = &view.results else { return Vec::new() };
     let surface = view.surface.iter().flat_map(ResultFiles::sizes);
     let surface = surface.map(|(name, bytes)| (format!("{SURFACE}{name}"), bytes));
@@ -28,7 +29,7 @@ pub(super) fn downloads(view: &ResultsView) -> Vec<FileFacts> {
         Some((_, ending)) => format!("{}, {}", title(name), ending.to_uppercase()),
         None => title(name),
     };
-    files.map(|(name, bytes)| FileFacts { title: titled(&name), name, bytes }).collect()
+    files.map(|(name, bytes)| Download { title: titled(&name), name, bytes }).collect()
 }
 
 /// One of them.
@@ -50,24 +51,26 @@ pub(super) fn download(view: &ResultsView, name: &str) -> Result<Reply, PanelErr
 }
 
 #[derive(Serialize)]
-pub(super) struct CalibrationFacts {
-    figures: Vec<FigureFacts>,
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(super) struct CalibrationInfo {
+    figures: Vec<CalibrationFigure>,
     notes: Vec<String>,
     needs: Vec<String>,
 }
 
 #[derive(Serialize)]
-struct FigureFacts {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct CalibrationFigure {
     name: String,
     title: String,
 }
 
 /// The pictures and remarks of the calibration that the results were made with.
-pub(super) fn calibration(view: &ResultsView) -> Option<CalibrationFacts> {
+pub(super) fn calibration(view: &ResultsView) -> Option<CalibrationInfo> {
     let (calibration, _) = view.results.as_ref()?.calibration.as_ref()?;
     let names = calibration_pictures(view.sequence.folder());
-    Some(CalibrationFacts {
-        figures: names.into_iter().map(|name| FigureFacts { title: title(&name), name }).collect(),
+    Some(CalibrationInfo {
+        figures: names.into_iter().map(|name| CalibrationFigure { title: title(&name), name }).collect(),
         notes: calibration.notes.clone(),
         needs: calibration.needs.clone(),
     })

@@ -18,6 +18,7 @@ const KEPT: usize = 8;
 
 /// Whether a frame is as captured, or corrected and rectified.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum FrameKind {
     Raw,

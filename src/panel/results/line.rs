@@ -14,6 +14,7 @@ const WIDEST_PX: usize = 1000;
 
 /// Both ends of a line and its width, in px.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct LineEnds {
     x0: f64,
     y0: f64,
@@ -24,17 +25,22 @@ pub(super) struct LineEnds {
 
 /// A profile.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct LineInfo {
+    #[cfg_attr(test, ts(type = "'mm'"))]
     unit: &'static str,
     points: Vec<LinePoint>,
 }
 
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct LinePoint {
     x_px: f64,
     y_px: f64,
     distance_mm: f64,
+    #[cfg_attr(test, ts(as = "Option<f64>"))]
     height_mm: f64,
+    #[cfg_attr(test, ts(as = "Option<f64>"))]
     sigma_mm: f64,
 }
 

@@ -19,7 +19,7 @@ use epirig_data::formats::Quantity;
 pub(super) struct Shown {
     pub(super) id: &'static str,
     pub(super) row: MapRow,
-    classes: Vec<ClassFacts>,
+    classes: Vec<MapClass>,
     pyramid: Pyramid,
     statistics: OnceLock<Statistics>,
 }
@@ -30,24 +30,28 @@ pub(super) struct Maps(Vec<Shown>);
 
 /// A map as the page is told of it.
 #[derive(Debug, Serialize)]
-pub(super) struct MapFacts<'a> {
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(super) struct MapInfo<'a> {
     id: &'static str,
     title: &'static str,
     unit: &'static str,
     rows: usize,
     columns: usize,
     levels: usize,
+    #[cfg_attr(test, ts(type = "'viridis' | 'magma' | 'vik' | 'mask'"))]
     colours: &'static str,
+    #[cfg_attr(test, ts(type = "'linear' | 'log'"))]
     scale: &'static str,
     /// What the values 0, 1, ... stand for; empty for quantities.
-    classes: &'a [ClassFacts],
+    classes: &'a [MapClass],
     #[serde(flatten)]
     statistics: &'a Statistics,
 }
 
 /// A class of pixels as the page is told of it.
 #[derive(Debug, Serialize)]
-struct ClassFacts {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct MapClass {
     name: &'static str,
     /// Its share of all pixels.
     share: f64,
@@ -84,7 +88,7 @@ impl Maps {
     fn add(&mut self, id: &'static str, row: MapRow, map: Grid<f32>) {
         let share = |class: &Class| {
             let pixels = map.values().iter().filter(|&&value| value == f32::from(class.value));
-            ClassFacts { name: class.name, share: pixels.count() as f64 / map.values().len().max(1) as f64 }
+            MapClass { name: class.name, share: pixels.count() as f64 / map.values().len().max(1) as f64 }
         };
         let classes: Vec<_> = row.classes().iter().map(share).collect();
         let pyramid = match row.classes() {
@@ -95,7 +99,7 @@ impl Maps {
     }
 
     /// All of them, for the menu.
-    pub(super) fn facts(&self) -> Vec<MapFacts<'_>> {
+    pub(super) fn facts(&self) -> Vec<MapInfo<'_>> {
         self.0.par_iter().map(Shown::facts).collect()
     }
 
@@ -125,7 +129,7 @@ impl Maps {
 }
 
 impl Shown {
-    fn facts(&self) -> MapFacts<'_> {
+    fn facts(&self) -> MapInfo<'_> {
         let map = self.pyramid.map();
         let (colours, scale) = match self.row.look {
             Look::Plain | Look::Relief => ("viridis", "linear"),
@@ -133,7 +137,7 @@ impl Shown {
             Look::Difference => ("vik", "linear"),
             Look::Classes(_) => ("mask", "linear"),
         };
-        MapFacts {
+        MapInfo {
             id: self.id,
             title: self.row.title,
             unit: self.row.unit(),

@@ -14,6 +14,7 @@ const MOST: usize = 1_000_000;
 
 /// What stands before the heights.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct MeshInfo {
     rows: usize,
     columns: usize,

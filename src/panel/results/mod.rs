@@ -36,6 +36,7 @@ const LARGEST_MASK: usize = 32 << 20;
 
 /// A tile of a map.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct MapTile {
     id: String,
     level: usize,
@@ -45,6 +46,7 @@ struct MapTile {
 
 /// A tile of a frame.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct FrameTile {
     t: usize,
     kind: Option<FrameKind>,
@@ -55,6 +57,7 @@ struct FrameTile {
 
 /// A pixel.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct Pixel {
     x: usize,
     y: usize,
@@ -62,18 +65,21 @@ struct Pixel {
 
 /// A row of the maps.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct Row {
     y: usize,
 }
 
 /// A file of the results, or a picture of the calibration.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct FileName {
     name: String,
 }
 
 /// Heights in three dimensions, of so many points at most.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct MeshQuery {
     most: usize,
 }

@@ -18,6 +18,7 @@ const MARGIN_PX: f64 = 24.0;
 
 /// All about a pixel.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct PixelInfo {
     rows: usize,
     columns: usize,
@@ -25,21 +26,28 @@ pub(super) struct PixelInfo {
     y: usize,
     x_mm: Option<f64>,
     y_mm: Option<f64>,
+    #[cfg_attr(
+        test,
+        ts(
+            type = "'found' | 'leaves-image' | 'beyond-range' | 'no-texture' | 'occluded' | 'ambiguous' | 'outside'"
+        )
+    )]
     answer: &'static str,
     reason: String,
-    values: Vec<Value>,
+    values: Vec<PixelValue>,
     better_than: Option<f64>,
-    epi: Window,
+    epi: EpiWindow,
     tau: Vec<f64>,
     reference: usize,
-    line: Option<Line>,
+    line: Option<PixelLine>,
     neighbours: Vec<Neighbour>,
     intensity: Option<Intensity>,
-    cost: Option<Cost>,
+    cost: Option<PixelCost>,
 }
 
 #[derive(Serialize)]
-struct Value {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct PixelValue {
     id: &'static str,
     title: &'static str,
     unit: &'static str,
@@ -48,20 +56,23 @@ struct Value {
 }
 
 #[derive(Serialize)]
-struct Window {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct EpiWindow {
     first_column: usize,
     low: f32,
     high: f32,
 }
 
 #[derive(Serialize)]
-struct Line {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct PixelLine {
     column: usize,
     disparity_px: f64,
     sigma_px: f64,
 }
 
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct Neighbour {
     column: usize,
     row: usize,
@@ -71,15 +82,21 @@ struct Neighbour {
 
 /// The paper's figure 5a: DN in each frame along the line, and along the lines of the neighbours in disparity.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 struct Intensity {
+    #[cfg_attr(test, ts(as = "Vec<Option<f32>>"))]
     along: Vec<f32>,
+    #[cfg_attr(test, ts(as = "Vec<Option<f32>>"))]
     left: Vec<f32>,
+    #[cfg_attr(test, ts(as = "Vec<Option<f32>>"))]
     right: Vec<f32>,
 }
 
 #[derive(Serialize)]
-struct Cost {
+#[cfg_attr(test, derive(ts_rs::TS))]
+struct PixelCost {
     disparity_px: Vec<f64>,
+    #[cfg_attr(test, ts(as = "Vec<Option<f32>>"))]
     cost: Vec<f32>,
     scale: &'static str,
     chosen_px: Option<f64>,
@@ -95,7 +112,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Framed<P
         return Err(PanelError::NotThere(message));
     }
     let disparity_px = f64::from(opened.disparity.at(x, y));
-    let line = disparity_px.is_finite().then(|| Line {
+    let line = disparity_px.is_finite().then(|| PixelLine {
         column: x,
         disparity_px,
         sigma_px: f64::from(opened.sigma.at(x, y)),
@@ -122,7 +139,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Framed<P
         reason: reason(answer),
         values: values(view, x, y),
         better_than: line.as_ref().map(|line| share_with_larger_sigma(&opened.sigma, line.sigma_px)),
-        epi: Window {
+        epi: EpiWindow {
             first_column: first,
             low: known().fold(f32::INFINITY, f32::min),
             high: known().fold(f32::NEG_INFINITY, f32::max),
@@ -151,7 +168,7 @@ pub(super) fn sigma_at(view: &ResultsView, id: &str, x: usize, y: usize) -> Opti
 }
 
 /// Columns that the line crosses, with a margin; those beside the pixel without a line.
-fn crossed(lines: &Lines, x: usize, line: Option<&Line>) -> (usize, usize) {
+fn crossed(lines: &Lines, x: usize, line: Option<&PixelLine>) -> (usize, usize) {
     let disparity_px = line.map_or(0.0, |line| line.disparity_px);
     let ends = [x as f64 - disparity_px * lines.tau_before(), x as f64 + disparity_px * lines.tau_after()];
     let first = ends[0].min(ends[1]) - MARGIN_PX;
@@ -173,12 +190,12 @@ fn epi(volume: &Volume, y: usize, columns: std::ops::Range<usize>) -> Vec<f32> {
     window
 }
 
-fn values(view: &ResultsView, x: usize, y: usize) -> Vec<Value> {
+fn values(view: &ResultsView, x: usize, y: usize) -> Vec<PixelValue> {
     let shown = view.maps.numbers().filter(|map| !map.id.ends_with("sigma"));
     let shown = shown.map(|map| {
         let value = map.value(x, y);
         let sigma = sigma_at(view, map.id, x, y).filter(|_| value.is_some());
-        Value { id: map.id, title: map.row.title, unit: map.row.unit(), value, sigma }
+        PixelValue { id: map.id, title: map.row.title, unit: map.row.unit(), value, sigma }
     });
     shown.collect()
 }
@@ -226,8 +243,8 @@ fn cost(
     view: &ResultsView,
     volume: Volume,
     (x, y): (usize, usize),
-    line: Option<&Line>,
-) -> Result<Cost, PanelError> {
+    line: Option<&PixelLine>,
+) -> Result<PixelCost, PanelError> {
     let opened = view.results()?;
     let matched = &opened.matched;
     let range = DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px };
@@ -235,7 +252,7 @@ fn cost(
     let scale = if options.method.compares_intensities() { "DN^2" } else { "1 - correlation" };
     let matcher = Matcher::new(volume, options)?;
     let (candidates, costs) = matcher.costs_of_row(y, matched.reference, range, matched.ordering_constraint);
-    Ok(Cost {
+    Ok(PixelCost {
         disparity_px: (0..costs.candidates()).map(|k| candidates.disparity_px(k as f64)).collect(),
         cost: (0..costs.candidates()).map(|k| costs.at(k, x)).collect(),
         scale,

@@ -9,12 +9,14 @@ use epirig_matcher::{DisparityRange, Matcher};
 
 /// The row that was asked for, and its costs' axes.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct RowCost {
     rows: usize,
     columns: usize,
     y: usize,
     first_px: f64,
     step_px: f64,
+    #[cfg_attr(test, ts(as = "Vec<Option<f32>>"))]
     mapping: Vec<f32>,
 }
 

@@ -18,6 +18,7 @@ const MOST_PX: usize = 2 << 20;
 
 /// How the values of a map are spread.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct Statistics {
     /// Pixels with a value.
     pub(super) valid: usize,
@@ -37,6 +38,7 @@ pub(super) struct Statistics {
 
 /// Numbers of values in bars of equal width.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct Histogram {
     pub(super) low: f32,
     pub(super) high: f32,

@@ -15,21 +15,25 @@ use epirig_surface::{Heights, Rectangle, TrendKind};
 
 /// The part of the map that is asked about: a pixel must lie in both region and mask.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
 pub(super) struct SurfaceQuestion {
     /// Which results are asked about; checked already.
     #[serde(default, rename = "of")]
+    #[cfg_attr(test, ts(skip))]
     _of: Option<String>,
     /// Two corners, in px; `null` for the whole picture.
     region: Option<[usize; 4]>,
     /// Only pixels inside of this, too; `null` for all.
     mask: Option<MaskFile>,
     #[serde(default = "usual_trend")]
+    #[cfg_attr(test, ts(as = "String"))]
     trend: TrendKind,
 }
 
 /// A picture whose white pixels are inside, as a file.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
 struct MaskFile {
     name: String,
@@ -42,14 +46,15 @@ fn usual_trend() -> TrendKind {
 }
 
 #[derive(Serialize)]
-pub(super) struct FormTrend {
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(super) struct Trend {
     name: &'static str,
     title: &'static str,
 }
 
 /// The forms that can be removed.
-pub(super) fn trends() -> Vec<FormTrend> {
-    TrendKind::ALL.iter().map(|kind| FormTrend { name: kind.name(), title: kind.help() }).collect()
+pub(super) fn trends() -> Vec<Trend> {
+    TrendKind::ALL.iter().map(|kind| Trend { name: kind.name(), title: kind.help() }).collect()
 }
 
 /// Step height and roughness of a region, as `epirig surface` computes them; nothing is written.

@@ -10,6 +10,7 @@ use crate::results::reason;
 
 /// A pixel of a map, or of a frame.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct ValueQuery {
     x: usize,
     y: usize,
@@ -22,6 +23,7 @@ pub(super) struct ValueQuery {
 
 /// The value of one pixel.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct OneValue {
     /// `None` if the pixel has none.
     value: Option<f64>,

@@ -7,8 +7,10 @@ use epirig_devices::camera;
 
 /// A control of the camera.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct Control {
     name: String,
+    #[cfg_attr(test, ts(type = "'integer' | 'boolean' | 'menu' | 'bitmask' | 'button' | 'other'"))]
     kind: &'static str,
     minimum: i64,
     maximum: i64,

@@ -189,3 +189,43 @@ impl<'a> Owner<'a> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::path::PathBuf;
+
+    use super::*;
+    use crate::panel::shared::{OrderReply, PanelHooks};
+    use crate::profile::Draft;
+
+    struct NoHooks;
+
+    impl PanelHooks for NoHooks {}
+
+    fn values(key: &str, value: &str) -> BTreeMap<String, String> {
+        BTreeMap::from([(key.to_owned(), value.to_owned())])
+    }
+
+    #[test]
+    fn a_profile_is_changed_as_it_is_when_the_order_is_carried_out() {
+        let draft = Draft::read("", "rig.toml", &[]).unwrap();
+        let (source, nowhere) = ("rig.toml".to_owned(), PathBuf::new());
+        let shared = SharedState::new(draft, source, nowhere.clone(), nowhere, Box::new(NoHooks));
+        let (reply, answer) = OrderReply::new();
+        let order = Order::Use { values: values("plan.frames", "7"), reply };
+        // A control was ordered before, and is set while this order waits.
+        let control = values("camera.exposure", "5 ms");
+        shared.change(|state| state.draft = state.draft.changed(&control));
+        begin_anew(&shared, order);
+        assert_eq!(answer.recv().unwrap(), Ok(()));
+        let draft = shared.draft();
+        let found = ["plan.frames", "camera.exposure"].map(|key| draft.value_of(key));
+        assert_eq!(found, [Some("7".to_owned()), Some("5 ms".to_owned())]);
+        // What is no profile is refused, and changes nothing.
+        let (reply, answer) = OrderReply::new();
+        begin_anew(&shared, Order::Use { values: values("plan.frames", "none"), reply });
+        assert!(answer.recv().unwrap().is_err());
+        assert_eq!(shared.draft().value_of("plan.frames"), Some("7".to_owned()));
+    }
+}

@@ -11,6 +11,7 @@ use epirig_data::storage::{RealDisk, is_there, write_whole};
 
 /// The profile in use, key by key.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "Profile"))]
 pub(in crate::panel) struct ProfileForm {
     source: String,
     file: String,
@@ -30,7 +31,8 @@ pub(in crate::panel) fn profile_form(shared: &SharedState) -> ProfileForm {
 
 /// A mistake in a value.
 #[derive(Debug, Serialize)]
-pub(in crate::panel) struct FormMistake {
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(in crate::panel) struct ProfileMistake {
     key: Option<String>,
     pub(in crate::panel) words: String,
 }
@@ -39,14 +41,14 @@ pub(in crate::panel) struct FormMistake {
 pub(in crate::panel) fn change_profile(
     shared: &SharedState,
     values: &BTreeMap<String, String>,
-) -> Result<Draft, Vec<FormMistake>> {
+) -> Result<Draft, Vec<ProfileMistake>> {
     let draft = shared.draft().changed(values);
     match draft.profile() {
         Ok(_) => Ok(draft),
         Err(error) => Err(error
             .mistakes
             .into_iter()
-            .map(|mistake| FormMistake {
+            .map(|mistake| ProfileMistake {
                 key: match mistake.place {
                     Place::Draft { key } | Place::Override { from: key } => Some(key),
                     Place::Line { .. } | Place::Record => None,

@@ -8,6 +8,7 @@ use crate::panel::questions::Framed;
 
 /// What stands before the values of a live map.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct LiveMapHead {
     rows: usize,
     columns: usize,

@@ -7,6 +7,7 @@ const LONGEST: usize = 80;
 
 /// What a name may be: for the form of the page, which checks it while somebody types.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(super) struct NameRule {
     /// As a regular expression for the whole name.
     pattern: &'static str,

@@ -13,7 +13,8 @@ use crate::rig::capture_plan;
 use epirig_data::storage::{free_bytes, is_there};
 
 #[derive(Serialize)]
-pub(in crate::panel) struct Planned {
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(in crate::panel) struct Plan {
     name: String,
     names: NameRule,
     folder: String,
@@ -31,7 +32,7 @@ pub(in crate::panel) struct Planned {
 }
 
 /// The plan of the profile in use, with a name that is free.
-pub(in crate::panel) fn plan(shared: &Arc<SharedState>) -> Result<Planned, PanelError> {
+pub(in crate::panel) fn plan(shared: &Arc<SharedState>) -> Result<Plan, PanelError> {
     let profile = shared.draft().profile()?;
     let plan = capture_plan(&profile)?;
     // A stage that is not there does not tell its travel; the scan itself will.
@@ -43,7 +44,7 @@ pub(in crate::panel) fn plan(shared: &Arc<SharedState>) -> Result<Planned, Panel
     let (seconds, frame_bytes) = estimate(shared, &plan);
     let (frames, others) = (plan.positions_mm.len(), plan.calibration_frames());
     let needs_bytes = Some(frame_bytes.saturating_mul((frames + others) as u64)).filter(|bytes| *bytes > 0);
-    Ok(Planned {
+    Ok(Plan {
         name: free_name(shared),
         names: NAME_RULE,
         folder: shared.folder.display().to_string(),

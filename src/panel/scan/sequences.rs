@@ -10,7 +10,8 @@ use crate::results::{read_conclusion, results_beside};
 use epirig_data::sequence::{ExitStatus, Origin, Sequence, sequences_in};
 
 #[derive(Serialize)]
-pub(in crate::panel) struct Entry {
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(in crate::panel) struct SequenceEntry {
     name: String,
     created: String,
     frames: usize,
@@ -23,20 +24,20 @@ pub(in crate::panel) struct Entry {
 }
 
 /// The sequences, the newest first. One whose records cannot be read is left out.
-pub(in crate::panel) fn sequences(shared: &SharedState) -> Vec<Entry> {
+pub(in crate::panel) fn sequences(shared: &SharedState) -> Vec<SequenceEntry> {
     let opened = sequences_in(&shared.folder)
         .into_iter()
         .filter_map(|name| Some((Sequence::open(&shared.folder.join(&name)).ok()?, name)));
-    let mut entries: Vec<Entry> = opened.map(|(sequence, name)| entry(&sequence, name)).collect();
+    let mut entries: Vec<SequenceEntry> = opened.map(|(sequence, name)| entry(&sequence, name)).collect();
     entries.sort_by(|one, other| other.created.cmp(&one.created));
     entries
 }
 
-fn entry(sequence: &Sequence, name: String) -> Entry {
+fn entry(sequence: &Sequence, name: String) -> SequenceEntry {
     let record = sequence.record();
     let ended = sequence.stop().map(|stop| stop.exit_status);
     let was_captured = matches!(record.origin, Origin::Captured { .. });
-    Entry {
+    SequenceEntry {
         created: record.created.clone(),
         frames: sequence.frames().len(),
         planned: record.frames,

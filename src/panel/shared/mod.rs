@@ -14,4 +14,6 @@ pub(in crate::panel) use orders::{Order, OrderReply};
 pub use panel_state::PanelHooks;
 pub(in crate::panel) use panel_state::SharedState;
 pub(in crate::panel) use picture_feed::PictureFeed;
+#[cfg(test)]
+pub(in crate::panel) use picture_feed::{PictureHead, PictureWish};
 pub(in crate::panel) use state_feed::StateFeed;

@@ -12,8 +12,9 @@ use epirig_server::{Bell, Feed, Message, Refusal, RefusalKind};
 
 /// What a page wishes to see.
 #[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(default)]
-struct Wish {
+pub(in crate::panel) struct PictureWish {
     /// The part of the frame, in px; all of it by default.
     x: f64,
     y: f64,
@@ -25,7 +26,7 @@ struct Wish {
     live: bool,
 }
 
-impl Default for Wish {
+impl Default for PictureWish {
     fn default() -> Self {
         Self { x: 0.0, y: 0.0, width: f64::MAX, height: f64::MAX, pixels: MOST_PIXELS, live: true }
     }
@@ -38,7 +39,8 @@ const SELDOM: Duration = Duration::from_millis(500);
 
 /// What is sent before the values.
 #[derive(Debug, Serialize)]
-struct Head {
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(in crate::panel) struct PictureHead {
     number: u64,
     x: usize,
     y: usize,
@@ -53,13 +55,13 @@ struct Head {
 /// The pictures for one page.
 pub(in crate::panel) struct PictureFeed {
     shared: Arc<SharedState>,
-    wish: Wish,
+    wish: PictureWish,
     sent: Option<(u64, Instant)>,
 }
 
 impl PictureFeed {
     pub(in crate::panel) fn new(shared: Arc<SharedState>) -> Self {
-        Self { shared, wish: Wish::default(), sent: None }
+        Self { shared, wish: PictureWish::default(), sent: None }
     }
 }
 
@@ -79,7 +81,7 @@ impl Feed for PictureFeed {
         let frame = &picture.frame;
         let part = Part::of(&self.wish, frame.rows(), frame.columns());
         let values = part.values(frame);
-        let head = Head {
+        let head = PictureHead {
             number: picture.number,
             x: part.x,
             y: part.y,
@@ -118,7 +120,7 @@ const SATURATED: u8 = 255;
 const DARK: u8 = 0;
 
 impl Part {
-    fn of(wish: &Wish, rows: usize, columns: usize) -> Self {
+    fn of(wish: &PictureWish, rows: usize, columns: usize) -> Self {
         // Numbers of a page may be anything; casts saturate, and NaN becomes 0.
         let (x, y) = ((wish.x.floor() as usize).min(columns - 1), (wish.y.floor() as usize).min(rows - 1));
         let right = ((wish.x.max(0.0) + wish.width).ceil() as usize).clamp(x + 1, columns);
@@ -177,13 +179,16 @@ impl Part {
 mod tests {
     use super::*;
 
-    fn wish(x: f64, y: f64, width: f64, height: f64, pixels: usize) -> Wish {
-        Wish { x, y, width, height, pixels, live: true }
+    fn wish(x: f64, y: f64, width: f64, height: f64, pixels: usize) -> PictureWish {
+        PictureWish { x, y, width, height, pixels, live: true }
     }
 
     #[test]
     fn a_part_covers_what_is_wished_and_stays_in_the_frame() {
-        assert_eq!(Part::of(&Wish::default(), 48, 64), Part { x: 0, y: 0, bin: 1, rows: 48, columns: 64 });
+        assert_eq!(
+            Part::of(&PictureWish::default(), 48, 64),
+            Part { x: 0, y: 0, bin: 1, rows: 48, columns: 64 }
+        );
         assert_eq!(
             Part::of(&wish(10.2, 5.0, 3.1, 2.0, 1000), 48, 64),
             Part { x: 10, y: 5, bin: 1, rows: 2, columns: 4 }

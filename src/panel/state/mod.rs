@@ -1,4 +1,4 @@
-//! What the page is told, as JSON. `web/src/rig/api.ts` has the same as types.
+//! What the page is told of the rig and a scan, as JSON.
 
 mod rig;
 mod scan;

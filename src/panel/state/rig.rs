@@ -9,6 +9,7 @@ use epirig_data::sequence::time;
 
 /// All that is known of the rig.
 #[derive(Debug, Clone, Default, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct RigState {
     /// What a person calls the rig: its file, or "the simulated rig".
     pub(in crate::panel) rig: String,
@@ -38,6 +39,7 @@ pub(in crate::panel) struct RigState {
 
 /// The kind of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub(in crate::panel) enum TaskKind {
     /// Stage and camera are being opened.
@@ -58,6 +60,7 @@ pub(in crate::panel) enum TaskKind {
 
 /// What the rig is doing.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct Task {
     /// Its kind.
     pub(in crate::panel) kind: TaskKind,
@@ -84,6 +87,7 @@ impl Task {
 
 /// Whether a part of the rig is there.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub(in crate::panel) enum Presence {
     /// It is being opened.
@@ -101,6 +105,7 @@ pub(in crate::panel) enum Presence {
 
 /// The camera.
 #[derive(Debug, Clone, Default, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct CameraState {
     /// Whether it is there.
     pub(in crate::panel) state: Presence,
@@ -126,6 +131,7 @@ pub(in crate::panel) struct CameraState {
 
 /// Light and sharpness of a picture.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct LightState {
     /// Mean, in DN.
     pub(in crate::panel) mean_dn: f64,
@@ -155,8 +161,10 @@ pub(in crate::panel) struct LightState {
 
 /// Corners of a chess-board in the picture.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct TargetState {
     /// `board` for the one held by hand, `target` for those on the object.
+    #[cfg_attr(test, ts(type = "'board' | 'target'"))]
     pub(in crate::panel) name: &'static str,
     /// Corners of all boards.
     pub(in crate::panel) wanted: usize,
@@ -176,6 +184,7 @@ pub(in crate::panel) struct TargetState {
 
 /// The stage.
 #[derive(Debug, Clone, Default, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct StageState {
     /// Whether it is there.
     pub(in crate::panel) state: Presence,
@@ -205,6 +214,7 @@ pub(in crate::panel) struct StageState {
 
 /// The latest examination.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct DoctorState {
     /// Local time, `hh:mm:ss`.
     pub(in crate::panel) at: String,
@@ -225,6 +235,7 @@ impl DoctorState {
 
 /// The kind of a line of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub(in crate::panel) enum LogKind {
     /// Something that happened.
@@ -237,6 +248,7 @@ pub(in crate::panel) enum LogKind {
 
 /// A line of the log.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct LogLine {
     /// Number of the line.
     pub(in crate::panel) number: u64,

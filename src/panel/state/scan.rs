@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// How a scan is going.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub(in crate::panel) enum ScanPhase {
     /// Frames are taken.
@@ -20,6 +21,7 @@ pub(in crate::panel) enum ScanPhase {
 
 /// A scan.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct ScanState {
     /// Name of the folder.
     pub(in crate::panel) name: String,
@@ -96,6 +98,7 @@ impl ScanState {
 
 /// An attempt that failed.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct Retake {
     /// Index of the frame.
     pub(in crate::panel) index: usize,
@@ -107,6 +110,7 @@ pub(in crate::panel) struct Retake {
 
 /// A frame of the scan.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct Stop {
     /// Its index.
     pub(in crate::panel) index: usize,
@@ -126,8 +130,10 @@ pub(in crate::panel) struct Stop {
 
 /// What a person is asked to put before the camera.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct Asked {
     /// `object`, `dark`, `flat` or `board`.
+    #[cfg_attr(test, ts(type = "'object' | 'dark' | 'flat' | 'board'"))]
     pub(in crate::panel) kind: &'static str,
     /// An instruction.
     pub(in crate::panel) words: String,
@@ -143,6 +149,7 @@ pub(in crate::panel) struct Asked {
 
 /// The latest live map.
 #[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct LiveMapState {
     /// Counts the maps.
     pub(in crate::panel) number: u64,

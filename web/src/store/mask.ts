@@ -1,9 +1,9 @@
 // The mask of the surface: a picture that a person chose. It is too long for the address.
 
 import { signal } from '@preact/signals';
-import type { Mask } from '../api';
+import type { MaskFile } from '../api';
 
-export const mask = signal<Mask | null>(null);
+export const mask = signal<MaskFile | null>(null);
 
 /** Why the chosen file is not the mask; null if it is, or none was chosen. */
 export const maskFault = signal<string | null>(null);
