@@ -16,7 +16,7 @@ use crate::results::{ANSWER_CLASSES, MatchSummary, ResultMap, ResultsFolder, Res
 use epirig_core::choice::Choice as _;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
-use epirig_matcher::{Answer, DisparityMaps, MatchError};
+use epirig_matcher::{DisparityMaps, MatchError, Validity};
 
 /// Compute the disparity of every pixel, and its height
 #[derive(Debug, Args)]
@@ -225,19 +225,20 @@ const LEAST_PX: f64 = 5e-5;
 fn answers(maps: &DisparityMaps) -> String {
     let object = maps.object();
     let all = object.values().len().max(1) as f64;
-    let count = |inside: bool, answer: Option<Answer>| {
-        let pixels = object.values().iter().zip(maps.answer.values());
-        pixels.filter(|&(&is, &has)| is == inside && answer.is_none_or(|answer| has == answer)).count() as f64
+    let count = |inside: bool, validity: Option<Validity>| {
+        let pixels = object.values().iter().zip(maps.validity.values());
+        pixels.filter(|&(&is, &has)| is == inside && validity.is_none_or(|validity| has == validity)).count()
+            as f64
     };
     // The shares of the answers, without those that round to nothing.
     let shares = |inside: bool, whole: f64| {
-        let share = |&answer: &Answer| {
-            let percent = 100.0 * count(inside, Some(answer)) / whole;
-            let name = class_of(answer).name;
+        let share = |&validity: &Validity| {
+            let percent = 100.0 * count(inside, Some(validity)) / whole;
+            let name = class_of(validity).name;
             (percent >= 100.0 * LEAST_SHARE).then(|| format!("{name} {percent:.1} %"))
         };
         // Of the object, the answered share is named before.
-        let answers = Answer::ALL.iter().filter(|&&answer| !inside || answer != Answer::Found);
+        let answers = Validity::ALL.iter().filter(|&&validity| !inside || validity != Validity::Found);
         answers.filter_map(share).collect::<Vec<_>>().join(", ")
     };
     let (inside, outside) = (count(true, None), count(false, None));
@@ -248,7 +249,7 @@ fn answers(maps: &DisparityMaps) -> String {
         text.push_str(&format!(
             "object             {:.1} % of the frame; {:.1} % of it answered{missing}\n",
             100.0 * inside / all,
-            100.0 * count(true, Some(Answer::Found)) / inside,
+            100.0 * count(true, Some(Validity::Found)) / inside,
         ));
     }
     // Beside an object that fills the frame there is nothing to tell.

@@ -11,7 +11,7 @@ use epirig_data::formats::MapFacts;
 
 use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions};
 use epirig_surface::{
-    Extent, Filters, Geometry, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError,
+    Extent, Filters, Geometry, HalfHeights, Heights, Profile, ProfileLine, Steps, StepsOptions, SurfaceError,
     TrendKind, find_extent, find_outliers, find_steps, fit_trend, profile,
 };
 
@@ -159,7 +159,7 @@ pub fn analyse_surface(
         trend,
     };
     let (from_px, to_px) = questions.line.unwrap_or_else(|| middle_row(&extent.used));
-    let line = Line { from_px, to_px, width_px: questions.profile_width_px };
+    let line = ProfileLine { from_px, to_px, width_px: questions.profile_width_px };
     let correlation_px = steps.map_or(f64::INFINITY, |steps| steps.correlation.length_px());
     let profile = profile(heights, &rest_mm, line, correlation_px)?;
     let used = used_values(all, &extent, steps.ok());

@@ -36,8 +36,8 @@ use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
 use epirig_matcher::evaluate::SplitHalfError;
-use epirig_matcher::lines::Lines;
-use epirig_matcher::{Answer, DisparityMaps, MatchError, MatchOptions, Matcher};
+use epirig_matcher::lines::EpiLines;
+use epirig_matcher::{DisparityMaps, MatchError, MatchOptions, Matcher, Validity};
 use epirig_surface::{Heights, SurfaceError, heights};
 
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
@@ -180,7 +180,7 @@ pub fn measure(
     };
     let maps = matcher.matched(progress)?;
     let seconds = begun.elapsed().as_secs_f64();
-    info!(seconds, answered = maps.share(Answer::Found), reference = maps.reference, "matched");
+    info!(seconds, answered = maps.share(Validity::Found), reference = maps.reference, "matched");
     drop(span);
     let heights = info_span!("surface").in_scope(|| {
         let heights = geometry(sequence, calibration)
@@ -188,7 +188,7 @@ pub fn measure(
         info!(distance_mm = heights.as_ref().map(|heights| heights.distance_mm), "heights found");
         heights
     });
-    let lines = Lines::new(epi.tau(), maps.reference, epi.columns());
+    let lines = EpiLines::new(epi.tau(), maps.reference, epi.columns());
     let summary =
         summarise(sequence, calibration, &lines, &maps, (options, region), heights.as_ref(), seconds);
 
@@ -260,7 +260,7 @@ fn write_maps(
     let (drawn, written) = rayon::join(draw_all, || files.par_iter().try_for_each(write));
     drawn?;
     written?;
-    let mask = maps.answer.map(|answer| class_of(answer).value);
+    let mask = maps.validity.map(|validity| class_of(validity).value);
     let whole = Window::whole(mask.rows(), mask.columns());
     let answers = class_picture(ResultMap::Mask, &mask, (&whole, millimetres))?;
     folder.write_picture(names::ANSWERS, &answers)?;

@@ -5,15 +5,15 @@ use crate::results::{LockingSummary, MatchSummary, Region, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::lines::Lines;
-use epirig_matcher::{Answer, DisparityMaps, MatchOptions};
+use epirig_matcher::lines::EpiLines;
+use epirig_matcher::{DisparityMaps, MatchOptions, Validity};
 use epirig_surface::Heights;
 
 /// The numbers of `match.json`; `calibration` is what the frames were corrected with.
 pub(super) fn summarise(
     sequence: &Sequence,
     calibration: Option<&Calibration>,
-    lines: &Lines,
+    lines: &EpiLines,
     maps: &DisparityMaps,
     (options, region): (&MatchOptions, &Region),
     heights: Option<&Heights>,
@@ -44,13 +44,13 @@ pub(super) fn summarise(
         order_violations: maps.order_violations(tau_before, tau_after),
         object,
         object_answered,
-        answered: maps.share(Answer::Found),
-        leaves_image: maps.share(Answer::LeavesImage),
-        beyond_range: maps.share(Answer::BeyondRange),
-        no_texture: maps.share(Answer::NoTexture),
-        ambiguous: maps.share(Answer::Ambiguous),
-        occluded: maps.share(Answer::Occluded),
-        outside: maps.share(Answer::Outside),
+        answered: maps.share(Validity::Found),
+        leaves_image: maps.share(Validity::LeavesImage),
+        beyond_range: maps.share(Validity::BeyondRange),
+        no_texture: maps.share(Validity::NoTexture),
+        ambiguous: maps.share(Validity::Ambiguous),
+        occluded: maps.share(Validity::Occluded),
+        outside: maps.share(Validity::Outside),
         median_disparity_px,
         median_sigma_px,
         pixel_locking: maps.locking.map(LockingSummary::from),
@@ -63,9 +63,9 @@ pub(super) fn summarise(
 /// The object's share of the pixels, and the answered share of the object.
 fn of_object(maps: &DisparityMaps) -> (f64, f64) {
     let object = maps.object();
-    let inside = || object.values().iter().zip(maps.answer.values()).filter(|&(&inside, _)| inside);
+    let inside = || object.values().iter().zip(maps.validity.values()).filter(|&(&inside, _)| inside);
     let pixels = inside().count() as f64;
-    let answered = inside().filter(|&(_, &answer)| answer == Answer::Found).count() as f64;
+    let answered = inside().filter(|&(_, &validity)| validity == Validity::Found).count() as f64;
     (pixels / object.values().len().max(1) as f64, if pixels > 0.0 { answered / pixels } else { 0.0 })
 }
 

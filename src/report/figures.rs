@@ -10,8 +10,8 @@ use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 use epirig_matcher::candidates::Candidates;
 use epirig_matcher::cost::CostTable;
-use epirig_matcher::lines::Lines;
-use epirig_matcher::{Answer, DisparityMaps, line_profile};
+use epirig_matcher::lines::EpiLines;
+use epirig_matcher::{DisparityMaps, Validity, line_profile};
 
 /// A figure as a picture, with its numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,10 +52,10 @@ const LEAST_MAXIMUM_DN: f32 = 0.5;
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn.
 pub fn paper_figures(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Vec<Figure>, ReportError> {
-    let lines = Lines::new(row.epi.tau(), maps.reference, row.epi.columns());
+    let lines = EpiLines::new(row.epi.tau(), maps.reference, row.epi.columns());
     let mut figures = vec![cost_image(maps, row)?];
     let answered: Vec<usize> =
-        (0..row.epi.columns()).filter(|&x| maps.answer.at(x, row.y) == Answer::Found).collect();
+        (0..row.epi.columns()).filter(|&x| maps.validity.at(x, row.y) == Validity::Found).collect();
     if answered.is_empty() {
         return Ok(figures);
     }
@@ -103,7 +103,7 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
 fn neighbour_profiles(
     maps: &DisparityMaps,
     FigureRow { y, epi, .. }: FigureRow<'_>,
-    lines: &Lines,
+    lines: &EpiLines,
     answered: &[usize],
 ) -> Result<Figure, ReportError> {
     // The pixel with the smallest sigma, away from the border so that its neighbours are visible too.
@@ -136,7 +136,7 @@ fn neighbour_profiles(
 fn aligned_profiles(
     maps: &DisparityMaps,
     FigureRow { y, epi, .. }: FigureRow<'_>,
-    lines: &Lines,
+    lines: &EpiLines,
     answered: &[usize],
 ) -> Result<Option<Figure>, ReportError> {
     let chosen =

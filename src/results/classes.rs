@@ -2,7 +2,7 @@
 //! means is said by its type.
 
 use epirig_core::choice::Choice as _;
-use epirig_matcher::Answer;
+use epirig_matcher::Validity;
 
 /// A class of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub struct Class {
 
 /// The classes of `mask.png`: the answers in their order. The colours are distinct for people with any colour vision
 /// (Wong 2011).
-pub const ANSWER_CLASSES: [Class; Answer::ALL.len()] = [
+pub const ANSWER_CLASSES: [Class; Validity::ALL.len()] = [
     Class { value: 255, colour: [240, 240, 240], name: "answered" },
     Class { value: 0, colour: [60, 60, 60], name: "leaves the image" },
     Class { value: 40, colour: [0, 114, 178], name: "beyond the range" },
@@ -28,13 +28,13 @@ pub const ANSWER_CLASSES: [Class; Answer::ALL.len()] = [
 ];
 
 /// The class of an answer.
-pub const fn class_of(answer: Answer) -> Class {
-    ANSWER_CLASSES[answer as usize]
+pub const fn class_of(validity: Validity) -> Class {
+    ANSWER_CLASSES[validity as usize]
 }
 
 /// Why a pixel has this answer, in words.
-pub fn reason(answer: Answer) -> String {
-    let mut words = answer.help().trim_end_matches('.').to_owned();
+pub fn reason(validity: Validity) -> String {
+    let mut words = validity.help().trim_end_matches('.').to_owned();
     words[..1].make_ascii_lowercase();
     words
 }
@@ -56,13 +56,13 @@ mod tests {
     fn values_of_the_mask_are_those_of_the_manual() {
         let manual = include_str!("../../docs/src/results.md");
         let values = [255, 0, 40, 80, 120, 160, 200];
-        for (&answer, value) in Answer::ALL.iter().zip(values) {
-            let Class { name, .. } = class_of(answer);
-            assert_eq!(class_of(answer).value, value, "{answer}");
+        for (&validity, value) in Validity::ALL.iter().zip(values) {
+            let Class { name, .. } = class_of(validity);
+            assert_eq!(class_of(validity).value, value, "{validity}");
             assert!(manual.contains(&format!("| {value} | {name}")), "{name}");
         }
-        assert_eq!(class_of(Answer::Occluded).name, "occluded");
-        assert_eq!(class_of(Answer::Ambiguous).name, "ambiguous");
-        assert_eq!(reason(Answer::NoTexture), "too uncertain: little texture, or no line fits");
+        assert_eq!(class_of(Validity::Occluded).name, "occluded");
+        assert_eq!(class_of(Validity::Ambiguous).name, "ambiguous");
+        assert_eq!(reason(Validity::NoTexture), "too uncertain: little texture, or no line fits");
     }
 }

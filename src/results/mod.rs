@@ -30,8 +30,8 @@ pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture};
 
 use epirig_matcher::{
-    Answer, DisparityRange, LightChange, LockingAmplitudes, LockingHarmonic, MatchOptions,
-    OrderingConstraint, OrderingUsed, PixelLocking, ReferenceFrame,
+    DisparityRange, LightChange, LockingAmplitudes, LockingHarmonic, MatchOptions, OrderingConstraint,
+    OrderingUsed, PixelLocking, ReferenceFrame, Validity,
 };
 use epirig_surface::Rectangle;
 
@@ -186,15 +186,15 @@ impl MatchSummary {
     }
 
     /// Share of the pixels with this answer, 0 to 1.
-    pub fn share(&self, answer: Answer) -> f64 {
-        match answer {
-            Answer::Found => self.answered,
-            Answer::LeavesImage => self.leaves_image,
-            Answer::BeyondRange => self.beyond_range,
-            Answer::NoTexture => self.no_texture,
-            Answer::Occluded => self.occluded,
-            Answer::Ambiguous => self.ambiguous,
-            Answer::Outside => self.outside,
+    pub fn share(&self, validity: Validity) -> f64 {
+        match validity {
+            Validity::Found => self.answered,
+            Validity::LeavesImage => self.leaves_image,
+            Validity::BeyondRange => self.beyond_range,
+            Validity::NoTexture => self.no_texture,
+            Validity::Occluded => self.occluded,
+            Validity::Ambiguous => self.ambiguous,
+            Validity::Outside => self.outside,
         }
     }
 }

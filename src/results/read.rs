@@ -12,7 +12,7 @@ use epirig_data::formats::MapFormat;
 use epirig_data::storage::{
     LARGEST_RECORD, ReadError, RealDisk, RecordError, is_scratch, read_file, read_named, record_in, recover,
 };
-use epirig_matcher::{Answer, LARGEST_WINDOW_PX};
+use epirig_matcher::{LARGEST_WINDOW_PX, Validity};
 
 /// Size of the largest map as uncompressed 64 bit numbers, in bytes.
 pub(super) const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);
@@ -128,7 +128,7 @@ pub(super) fn summary_in(folder: &Path, bytes: Vec<u8>) -> Result<MatchSummary, 
     if window_px > LARGEST_WINDOW_PX {
         return Err(bad(format!("a window of {window_px} px is impossible")));
     }
-    let shares = Answer::ALL.iter().map(|&answer| summary.share(answer));
+    let shares = Validity::ALL.iter().map(|&validity| summary.share(validity));
     let in_unit = |value: f64| (0.0..=1.0).contains(&value);
     if !shares.chain([summary.tau_before, summary.tau_after]).all(in_unit)
         || summary.maximum_px < summary.minimum_px

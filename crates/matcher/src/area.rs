@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::maps::{Answer, DisparityMaps};
+use super::maps::{DisparityMaps, Validity};
 use super::options::{MatchError, MatchOptions};
 use super::refine::largest_disc_px;
 use epirig_core::grid::Grid;
@@ -72,24 +72,24 @@ impl Area {
 
     /// Takes the answers of pixels outside from maps of the matched rows.
     pub(super) fn forget_outside(&self, maps: &mut DisparityMaps) {
-        let DisparityMaps { disparity, sigma, cost, confidence, answer, .. } = maps;
+        let DisparityMaps { disparity, sigma, cost, confidence, validity, .. } = maps;
         for (index, _) in self.inside.values().iter().enumerate().filter(|&(_, &inside)| !inside) {
             for map in [&mut *disparity, &mut *sigma, &mut *cost, &mut *confidence] {
                 map.values_mut()[index] = f32::NAN;
             }
-            answer.values_mut()[index] = Answer::Outside;
+            validity.values_mut()[index] = Validity::Outside;
         }
     }
 
     /// Maps of the whole picture, from those of the matched rows.
     pub(super) fn whole(&self, maps: DisparityMaps) -> DisparityMaps {
-        let DisparityMaps { disparity, sigma, cost, confidence, answer, .. } = &maps;
+        let DisparityMaps { disparity, sigma, cost, confidence, validity, .. } = &maps;
         DisparityMaps {
             disparity: self.spread(disparity, f32::NAN),
             sigma: self.spread(sigma, f32::NAN),
             cost: self.spread(cost, f32::NAN),
             confidence: self.spread(confidence, f32::NAN),
-            answer: self.spread(answer, Answer::Outside),
+            validity: self.spread(validity, Validity::Outside),
             ..maps
         }
     }

@@ -30,7 +30,7 @@ mod winner;
 pub use candidates::DisparityRange;
 pub use light_change::LightChange;
 pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
-pub use maps::{Answer, DisparityMaps, OrderingUsed};
+pub use maps::{DisparityMaps, OrderingUsed, Validity};
 pub use matcher::{EqualDiscs, Matcher, match_volume};
 pub use options::{
     EQUAL_DISCS_PX, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,

@@ -35,14 +35,14 @@ impl Shift {
 
 /// The lines through the pixels of one reference frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Lines {
+pub struct EpiLines {
     columns: usize,
     asked: Range<usize>,
     reference: usize,
     offsets: Vec<f64>,
 }
 
-impl Lines {
+impl EpiLines {
     /// Lines through the pixels of frame `reference` in images `columns` wide.
     ///
     /// # Panics
@@ -116,7 +116,7 @@ pub struct Sightings {
 
 impl Sightings {
     /// Counts the frames under `disparity_px`.
-    pub fn count(lines: &Lines, disparity_px: f64) -> Self {
+    pub fn count(lines: &EpiLines, disparity_px: f64) -> Self {
         let mut before = vec![0; lines.columns()];
         let mut after = vec![0; lines.columns()];
         for t in 0..lines.frames() {
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn a_shift_keeps_samples_inside_the_image() {
         let tau = Tau::equidistant(4).unwrap();
-        let lines = Lines::new(&tau, 0, 10);
+        let lines = EpiLines::new(&tau, 0, 10);
         // 2 px over the baseline: frame 1 shifts by 2/3, the last by exactly 2.
         assert_eq!(lines.shift(2.0, 3), Shift { whole: 2, fraction: 0.0, first: 0, end: 8 });
         let shift = lines.shift(2.0, 1);
@@ -171,7 +171,7 @@ mod tests {
         // Beyond the image altogether.
         let shift = lines.shift(30.0, 3);
         assert_eq!(shift.first, shift.end);
-        let lines = Lines::new(&tau, 3, 10);
+        let lines = EpiLines::new(&tau, 3, 10);
         assert_eq!(lines.shift(3.0, 0), Shift { whole: -3, fraction: 0.0, first: 3, end: 10 });
     }
 }

@@ -7,7 +7,7 @@ use epirig_core::grid::Grid;
 
 epirig_core::choices! {
     /// Whether a pixel has an answer, and if not, why.
-    pub enum Answer {
+    pub enum Validity {
         /// One line fits: the pixel has a disparity.
         Found = "found",
         /// Its line leaves the image in too many frames.
@@ -55,7 +55,7 @@ pub struct DisparityMaps {
     /// no rival.
     pub confidence: Grid<f32>,
     /// Whether there is an answer, and if not, why.
-    pub answer: Grid<Answer>,
+    pub validity: Grid<Validity>,
     /// Index of the reference frame.
     pub reference: usize,
     /// The disparities that were searched.
@@ -73,9 +73,9 @@ pub struct DisparityMaps {
 
 impl DisparityMaps {
     /// Share of the pixels with this answer, 0 to 1.
-    pub fn share(&self, answer: Answer) -> f64 {
-        let count = self.answer.values().iter().filter(|&&value| value == answer).count();
-        count as f64 / self.answer.values().len().max(1) as f64
+    pub fn share(&self, validity: Validity) -> f64 {
+        let count = self.validity.values().iter().filter(|&&value| value == validity).count();
+        count as f64 / self.validity.values().len().max(1) as f64
     }
 
     /// Number of neighbouring answered pixels in a row whose order in the first or the last frame, at

@@ -9,9 +9,9 @@ use super::candidates::DisparityRange;
 use super::changing_light::changes_much;
 use super::cost::{Band, CostTable, band_costs};
 use super::edge_refinement::refine_edges;
-use super::lines::{Lines, SeenRule};
+use super::lines::{EpiLines, SeenRule};
 use super::locking::PixelLocking;
-use super::maps::{Answer, DisparityMaps, OrderingUsed};
+use super::maps::{DisparityMaps, OrderingUsed, Validity};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
 use super::options::{MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Search};
 use super::quick::{Halved, TellingFrames};
@@ -70,7 +70,7 @@ impl Matcher {
     ///
     /// The smallest rectangle that holds them is matched, with a rim that windows around them reach. The
     /// other rows are dropped, and the other columns are left out of the factorised search. Pixels that are
-    /// not inside become [`Answer::Outside`]. Answers inside are those without a mask, up to the influence of
+    /// not inside become [`Validity::Outside`]. Answers inside are those without a mask, up to the influence of
     /// what is estimated from all pixels: the range, gains of frames, noise, and pixel locking.
     ///
     /// # Errors
@@ -102,7 +102,7 @@ impl Matcher {
     /// although each pixel has more noise.
     pub fn in_equal_discs(&self, maps: &DisparityMaps, progress: &dyn Progress) -> EqualDiscs {
         let Self { volume, options, area } = self;
-        let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
+        let lines = EpiLines::new(volume.tau(), maps.reference, volume.columns());
         let rows = area.as_ref().map_or(0..volume.rows(), |area| area.rows.clone());
         let answers = maps.disparity.cropped(0..volume.columns(), rows);
         let equal = Fit {
@@ -145,7 +145,7 @@ impl Matcher {
     ) -> (Candidates, CostTable) {
         let Self { volume, options, area } = self;
         let y = y - area.as_ref().map_or(0, |area| area.rows.start);
-        let lines = Lines::new(volume.tau(), reference, volume.columns());
+        let lines = EpiLines::new(volume.tau(), reference, volume.columns());
         let candidates = Candidates::covering(range, options.disparity_step_px);
         let rule = seen_rule(volume, options, ordering);
         let band = Band::new(volume, y..y + 1, options);
@@ -185,7 +185,7 @@ fn matched(
 ) -> Result<DisparityMaps, MatchError> {
     let reference = options.reference_index(volume)?;
     let asked = area.map_or(0..volume.columns(), |area| area.columns.clone());
-    let lines = Lines::new(volume.tau(), reference, volume.columns()).asking(asked.clone());
+    let lines = EpiLines::new(volume.tau(), reference, volume.columns()).asking(asked.clone());
     let range_found = options.range.is_none();
     let quick = options.quick;
     // Light that changes much leads the variance astray. Normalised frames do not show it; they are
@@ -202,7 +202,7 @@ fn matched(
     let searched_telling = telling.as_ref().and(normalised.as_ref()).and_then(telling_of);
     let (volume, lines, minimum_frames) = match &telling {
         Some(some) => {
-            let lines = Lines::new(some.volume.tau(), some.reference, some.volume.columns()).asking(asked);
+            let lines = EpiLines::new(some.volume.tau(), some.reference, some.volume.columns()).asking(asked);
             (&some.volume, lines, some.minimum_frames)
         }
         None => (volume, lines, minimum_frames),
@@ -238,7 +238,7 @@ fn matched(
     let pass = debug_span!("search").entered();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
     let task = Task { volume: searched_in, lines: &lines, range, ordering, rule, options };
-    let Searched { mut guess, cost, confidence, answer: searched, deviation_share } = {
+    let Searched { mut guess, cost, confidence, validity: searched, deviation_share } = {
         let searched = match &halved {
             None => search(task, progress),
             Some(halved) => halved.searched(task, progress),
@@ -278,7 +278,7 @@ fn matched(
         sigma,
         cost,
         confidence,
-        answer: searched,
+        validity: searched,
         reference,
         range,
         range_found,
@@ -293,7 +293,7 @@ fn matched(
     // Without a significant bias, none is the worst.
     let answered = locking_px.iter().flat_map(|locking_px| {
         let pixels = maps.disparity.values().iter().zip(locking_px.values());
-        let pixels = pixels.zip(maps.answer.values()).filter(|(_, answer)| **answer == Answer::Found);
+        let pixels = pixels.zip(maps.validity.values()).filter(|(_, validity)| **validity == Validity::Found);
         pixels.map(|((disparity, bias), _)| [*disparity, *bias])
     });
     maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered));
@@ -311,7 +311,7 @@ fn seen_rule(volume: &Volume, options: &MatchOptions, ordering: OrderingUsed) ->
 
 fn range_and_ordering(
     volume: &Volume,
-    lines: &Lines,
+    lines: &EpiLines,
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<(DisparityRange, OrderingUsed), MatchError> {
@@ -344,40 +344,40 @@ struct Verdicts<'a> {
 impl Verdicts<'_> {
     /// Decides about each pixel's answer after the fit, and removes the numbers of pixels without one.
     fn pass(&self, maps: &mut DisparityMaps, outliers: Option<&Grid<bool>>) {
-        let columns = maps.answer.columns();
-        let DisparityMaps { disparity, sigma, answer, confidence, .. } = maps;
+        let columns = maps.validity.columns();
+        let DisparityMaps { disparity, sigma, validity, confidence, .. } = maps;
         let rows =
-            answer.values_mut().par_chunks_mut(columns).zip(disparity.values_mut().par_chunks_mut(columns));
+            validity.values_mut().par_chunks_mut(columns).zip(disparity.values_mut().par_chunks_mut(columns));
         let rows = rows.zip(sigma.values_mut().par_chunks_mut(columns));
         rows.enumerate().for_each(|(y, ((answers, disparities), sigmas))| {
             let confidences = confidence.row(y);
-            for (x, answer) in answers.iter_mut().enumerate() {
+            for (x, validity) in answers.iter_mut().enumerate() {
                 let outlier = outliers.is_some_and(|outliers| outliers.at(x, y));
-                if *answer == Answer::Found {
-                    *answer = self.of_fitted((disparities[x], sigmas[x]), outlier, confidences[x]);
+                if *validity == Validity::Found {
+                    *validity = self.of_fitted((disparities[x], sigmas[x]), outlier, confidences[x]);
                 }
-                if *answer != Answer::Found {
+                if *validity != Validity::Found {
                     (disparities[x], sigmas[x]) = (f32::NAN, f32::NAN);
                 }
             }
         });
     }
 
-    fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), outlier: bool, confidence: f32) -> Answer {
+    fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), outlier: bool, confidence: f32) -> Validity {
         let ambiguous = f64::from(confidence) < self.options.min_confidence;
         // The fit may leave the candidates, but not the range by more than a step of it can.
         let disparity = f64::from(disparity_px);
         let outside = disparity < self.range.minimum_px - 1.0 || disparity > self.range.maximum_px + 1.0;
         if sigma_px.is_nan() || f64::from(sigma_px) > self.options.max_sigma_px {
-            Answer::NoTexture
+            Validity::NoTexture
         } else if outlier {
-            Answer::Occluded
+            Validity::Occluded
         } else if outside {
-            Answer::BeyondRange
+            Validity::BeyondRange
         } else if self.ordering == OrderingUsed::Off && ambiguous {
-            Answer::Ambiguous
+            Validity::Ambiguous
         } else {
-            Answer::Found
+            Validity::Found
         }
     }
 }

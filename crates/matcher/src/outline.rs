@@ -1,6 +1,6 @@
 //! Where the object is: the outline around the answers.
 
-use super::maps::{Answer, DisparityMaps};
+use super::maps::{DisparityMaps, Validity};
 use epirig_core::grid::Grid;
 
 /// As many answers as this to each of the four sides make a pixel part of the object: a few wrong answers on the
@@ -12,7 +12,7 @@ impl DisparityMaps {
     /// in its row, and above and below it in its column. So holes and speckles in the object belong to it, and
     /// the background does not; rows x columns.
     pub fn object(&self) -> Grid<bool> {
-        let found = self.answer.map(|answer| answer == Answer::Found);
+        let found = self.validity.map(|validity| validity == Validity::Found);
         let (rows, columns) = (found.rows(), found.columns());
         let mut object = Grid::filled(rows, columns, false);
         let above_and_below: Vec<Option<(usize, usize)>> =
@@ -20,7 +20,7 @@ impl DisparityMaps {
         for y in 0..rows {
             let Some((left, right)) = inner(found.row(y).iter().copied()) else { continue };
             for (x, inside) in object.row_mut(y).iter_mut().enumerate().take(right + 1).skip(left) {
-                *inside = self.answer.at(x, y) != Answer::Outside
+                *inside = self.validity.at(x, y) != Validity::Outside
                     && above_and_below[x].is_some_and(|(top, bottom)| (top..=bottom).contains(&y));
             }
         }
@@ -51,10 +51,10 @@ mod tests {
 
     fn maps(rows: usize, columns: usize, found: impl Fn(usize, usize) -> bool) -> DisparityMaps {
         let empty = Grid::filled(rows, columns, f32::NAN);
-        let mut answer = Grid::filled(rows, columns, Answer::BeyondRange);
+        let mut validity = Grid::filled(rows, columns, Validity::BeyondRange);
         for y in 0..rows {
             for x in (0..columns).filter(|&x| found(x, y)) {
-                answer.row_mut(y)[x] = Answer::Found;
+                validity.row_mut(y)[x] = Validity::Found;
             }
         }
         DisparityMaps {
@@ -62,7 +62,7 @@ mod tests {
             sigma: empty.clone(),
             cost: empty.clone(),
             confidence: empty,
-            answer,
+            validity,
             reference: 0,
             range: DisparityRange { minimum_px: 0.0, maximum_px: 1.0 },
             range_found: true,
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn what_is_outside_the_mask_is_no_hole_of_the_object() {
         let mut ring = maps(80, 100, |x, y| in_square(x, y) && !(x == 50 && y == 35));
-        ring.answer.row_mut(35)[50] = Answer::Outside;
+        ring.validity.row_mut(35)[50] = Validity::Outside;
         assert_eq!(pixels(&ring.object()).len(), 1199);
     }
 

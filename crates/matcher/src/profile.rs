@@ -1,7 +1,7 @@
 //! Intensities along one line of an EPI.
 
 use super::interpolation::{Interpolation, SampledEpi};
-use super::lines::Lines;
+use super::lines::EpiLines;
 use epirig_core::volume::Volume;
 
 /// Intensity in DN of each frame along the line through column `x` (which may lie between pixels) of the
@@ -9,7 +9,7 @@ use epirig_core::volume::Volume;
 ///
 /// # Panics
 /// If `y` lies outside the volume.
-pub fn line_profile(volume: &Volume, lines: &Lines, x: f64, y: usize, disparity_px: f64) -> Vec<f32> {
+pub fn line_profile(volume: &Volume, lines: &EpiLines, x: f64, y: usize, disparity_px: f64) -> Vec<f32> {
     let epi = SampledEpi::new(volume, y, Interpolation::BSpline, 0);
     let last = (volume.columns() - 1) as f64;
     let value = |(t, &tau): (usize, &f64)| {

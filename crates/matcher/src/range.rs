@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::candidates::Candidates;
 use super::candidates::DisparityRange;
 use super::cost::{Band, band_costs};
-use super::lines::{Lines, SeenRule};
+use super::lines::{EpiLines, SeenRule};
 use super::options::{MatchOptions, Occlusion, OrderingConstraint, Search};
 use super::search::survey::RowSurvey;
 use super::winner::{confidences, winners};
@@ -53,7 +53,7 @@ pub struct Survey {
 /// Surveys a few rows of `volume`; `None` if no disparity is significant.
 ///
 /// A range given in `options` is kept, and only the order is surveyed.
-pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<Survey> {
+pub fn survey(volume: &Volume, lines: &EpiLines, options: &MatchOptions) -> Option<Survey> {
     // One pixel of shift at the end of the baseline that is farther from the reference.
     let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
     // Beyond 1.25 image widths few points stay in view; 15000 px keep the candidates' indices in 16 bit.
@@ -103,7 +103,7 @@ type Surveyed = Option<(f64, f32)>;
 /// disparities.
 fn factorised(
     volume: &Volume,
-    lines: &Lines,
+    lines: &EpiLines,
     candidates: Candidates,
     occlusion: Occlusion,
     options: &MatchOptions,
@@ -117,7 +117,7 @@ fn factorised(
 /// The survey by any method, in some frames; `None` if the sampled frames make no sequence.
 fn exhaustive(
     volume: &Volume,
-    lines: &Lines,
+    lines: &EpiLines,
     candidates: Candidates,
     occlusion: Occlusion,
     options: &MatchOptions,
@@ -125,7 +125,7 @@ fn exhaustive(
     let frames = sampled_frames(volume.frames(), lines.reference());
     let thinned = thin(volume, &frames, options.window_px.max(5))?;
     let reference = frames.iter().position(|&t| t == lines.reference())?;
-    let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
+    let survey_lines = EpiLines::new(thinned.volume.tau(), reference, volume.columns());
     let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
     let rule = SeenRule::new(frames.len(), options.min_visible, occlusion);
     let surveyed =
@@ -183,7 +183,7 @@ fn thin(volume: &Volume, frames: &[usize], window_px: usize) -> Option<Thinned> 
 fn survey_row(
     volume: &Volume,
     y: usize,
-    lines: &Lines,
+    lines: &EpiLines,
     candidates: &Candidates,
     rule: SeenRule,
     options: &MatchOptions,
@@ -208,7 +208,7 @@ fn without_stragglers(sorted: &[f64], near: f64) -> Vec<f64> {
     sorted.iter().copied().filter(|&value| neighbours(value) as f64 >= least).collect()
 }
 
-fn is_ordered(disparities: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64), step: f64) -> bool {
+fn is_ordered(disparities: &[Vec<Option<f64>>], lines: &EpiLines, kept: (f64, f64), step: f64) -> bool {
     // The disparity step of the survey is coarse: two steps are no depth edge.
     let slack = 2.0 * step;
     let crosses = |row: &Vec<Option<f64>>| {

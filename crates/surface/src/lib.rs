@@ -22,7 +22,7 @@ pub use extent::{Extent, Rectangle, find_extent};
 pub use filter::Filters;
 pub use height::{Geometry, HalfHeights, Heights, ScaleSigma, heights};
 pub use outliers::find_outliers;
-pub use profile::{Line, Profile, ProfilePoint, profile};
+pub use profile::{Profile, ProfileLine, ProfilePoint, profile};
 pub use roughness::{Roughness, roughness};
 pub use steps::{
     Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Part, Steps,

@@ -6,7 +6,7 @@ use epirig_core::grid::Grid;
 
 /// A straight line over the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct ProfileLine {
     /// First point, column and row in px.
     pub from_px: (f64, f64),
     /// Last point.
@@ -34,7 +34,7 @@ pub struct ProfilePoint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     /// The line.
-    pub line: Line,
+    pub line: ProfileLine,
     /// From its first point to its last.
     pub points: Vec<ProfilePoint>,
 }
@@ -50,7 +50,7 @@ pub struct Profile {
 pub fn profile(
     heights: &Heights,
     height_mm: &Grid<f32>,
-    line: Line,
+    line: ProfileLine,
     correlation_px: f64,
 ) -> Result<Profile, SurfaceError> {
     let ((from_x, from_y), (to_x, to_y)) = (line.from_px, line.to_px);
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn a_ramp_along_an_oblique_line() {
         let heights = ramp();
-        let line = Line { from_px: (2.5, 3.0), to_px: (14.5, 12.0), width_px: 4 };
+        let line = ProfileLine { from_px: (2.5, 3.0), to_px: (14.5, 12.0), width_px: 4 };
         let found = profile(&heights, &heights.height_mm, line, 1.0).unwrap();
         // 12 and 9 px make 15.
         assert_eq!(found.points.len(), 16);
@@ -159,7 +159,7 @@ mod tests {
     fn points_between_pixels_of_a_row_are_pixels() {
         let heights = ramp();
         for from in 0..28 {
-            let line = Line { from_px: (f64::from(from), 4.0), to_px: (29.0, 4.0), width_px: 1 };
+            let line = ProfileLine { from_px: (f64::from(from), 4.0), to_px: (29.0, 4.0), width_px: 1 };
             let found = profile(&heights, &heights.height_mm, line, 1.0).unwrap();
             let columns: Vec<f64> = found.points.iter().map(|point| point.x_px).collect();
             assert_eq!(columns, (from..30).map(f64::from).collect::<Vec<_>>());
@@ -170,19 +170,19 @@ mod tests {
     fn holes_stay_holes() {
         let mut heights = ramp();
         heights.height_mm.row_mut(5)[10] = f32::NAN;
-        let line = Line { from_px: (0.0, 5.0), to_px: (29.0, 5.0), width_px: 1 };
+        let line = ProfileLine { from_px: (0.0, 5.0), to_px: (29.0, 5.0), width_px: 1 };
         let found = profile(&heights, &heights.height_mm, line, 1.0).unwrap();
         let holes: Vec<usize> = (0..30).filter(|&x| found.points[x].height_mm.is_nan()).collect();
         assert_eq!(holes, [10]);
         // Three rows wide, two of them are known there.
-        let wide = profile(&heights, &heights.height_mm, Line { width_px: 3, ..line }, 1.0).unwrap();
+        let wide = profile(&heights, &heights.height_mm, ProfileLine { width_px: 3, ..line }, 1.0).unwrap();
         assert!((wide.points[10].height_mm - 1.05).abs() < 1e-6);
         heights.height_mm.row_mut(7).fill(f32::NAN);
-        let unknown = Line { from_px: (0.0, 7.0), to_px: (29.0, 7.0), width_px: 1 };
+        let unknown = ProfileLine { from_px: (0.0, 7.0), to_px: (29.0, 7.0), width_px: 1 };
         let found = profile(&heights, &heights.height_mm, unknown, 1.0);
         assert!(matches!(found, Err(SurfaceError::EmptyLine { .. })));
         for end in [(0.0, 50.0), (1e308, 1.0), (f64::NAN, 1.0), (-1.0, 1.0), (30.0, 1.0)] {
-            let outside = Line { from_px: (0.0, 1.0), to_px: end, width_px: 1 };
+            let outside = ProfileLine { from_px: (0.0, 1.0), to_px: end, width_px: 1 };
             let found = profile(&heights, &heights.height_mm, outside, 1.0);
             assert!(matches!(found, Err(SurfaceError::LineOutside { .. })), "{end:?}");
         }

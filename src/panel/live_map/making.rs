@@ -10,7 +10,7 @@ use epirig_core::progress::Silent;
 use epirig_core::statistics::upper_median;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_matcher::{Answer, DisparityMaps, MatchOptions, Matcher, ReferenceFrame};
+use epirig_matcher::{DisparityMaps, MatchOptions, Matcher, ReferenceFrame, Validity};
 
 /// The windows of the fit grow until sigma is below this, in px of binned frames over the baseline so far.
 ///
@@ -32,7 +32,7 @@ pub(super) fn make(plan: &Tau, frames: &BTreeMap<usize, Binned>) -> Option<LiveM
     let tau: Vec<f64> = frames.keys().filter_map(|&index| plan.values().get(index).copied()).collect();
     let baseline_share = *tau.last()?;
     let maps = matched(first, &tau, frames)?;
-    let answered = maps.share(Answer::Found);
+    let answered = maps.share(Validity::Found);
     if answered < SMALLEST_SHARE {
         debug!(answered, frames = frames.len(), "no live map");
         return None;

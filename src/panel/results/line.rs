@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::profile_csv;
-use epirig_surface::{Line, Profile, profile};
+use epirig_surface::{Profile, ProfileLine, profile};
 
 use super::surface::heights;
 
@@ -67,7 +67,7 @@ fn found(view: &ResultsView, ends: &LineEnds) -> Result<Profile, PanelError> {
     if !(1..=WIDEST_PX).contains(&width_px) {
         return Err(PanelError::Wrong(format!("a profile is 1 to {WIDEST_PX} px wide, not {width_px}")));
     }
-    let line = Line { from_px: (x0, y0), to_px: (x1, y1), width_px };
+    let line = ProfileLine { from_px: (x0, y0), to_px: (x1, y1), width_px };
     // Heights as they are shown. Where the form was not removed, neighbours are taken to err together.
     let shown = view.maps.map("height").unwrap_or(&heights.height_mm);
     Ok(profile(heights, shown, line, f64::INFINITY)?)

@@ -10,8 +10,8 @@ use crate::results::{ResultMap, reason};
 use epirig_core::choice::Choice as _;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
-use epirig_matcher::lines::Lines;
-use epirig_matcher::{Answer, DisparityRange, Matcher, line_profile};
+use epirig_matcher::lines::EpiLines;
+use epirig_matcher::{DisparityRange, Matcher, Validity, line_profile};
 
 /// Columns of the EPI that are shown beside those that the line crosses.
 const MARGIN_PX: f64 = 24.0;
@@ -122,7 +122,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Framed<P
     let top = y.saturating_sub(reach);
     let volume = view.epis.rows(top..y + reach + 1)?;
     let reference = opened.matched.reference;
-    let lines = Lines::new(volume.tau(), reference, columns);
+    let lines = EpiLines::new(volume.tau(), reference, columns);
     let (first, end) = crossed(&lines, x, line.as_ref());
     let window = epi(&volume, y - top, first..end);
     let known = || window.iter().copied().filter(|value| value.is_finite());
@@ -155,11 +155,11 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Framed<P
 }
 
 /// What the matcher answered at a pixel.
-pub(super) fn answer_at(view: &ResultsView, x: usize, y: usize) -> Answer {
+pub(super) fn answer_at(view: &ResultsView, x: usize, y: usize) -> Validity {
     let class = view.maps.shown(ResultMap::Mask.row().id).and_then(|mask| mask.value(x, y));
-    let answer = class.and_then(|class| Answer::ALL.get(class as usize).copied());
+    let answer = class.and_then(|class| Validity::ALL.get(class as usize).copied());
     let is_known = || view.results.as_ref().is_some_and(|opened| opened.disparity.at(x, y).is_finite());
-    answer.unwrap_or_else(|| if is_known() { Answer::Found } else { Answer::Ambiguous })
+    answer.unwrap_or_else(|| if is_known() { Validity::Found } else { Validity::Ambiguous })
 }
 
 /// Standard uncertainty of the value of a map at a pixel, if there is a map of it.
@@ -168,7 +168,7 @@ pub(super) fn sigma_at(view: &ResultsView, id: &str, x: usize, y: usize) -> Opti
 }
 
 /// Columns that the line crosses, with a margin; those beside the pixel without a line.
-fn crossed(lines: &Lines, x: usize, line: Option<&PixelLine>) -> (usize, usize) {
+fn crossed(lines: &EpiLines, x: usize, line: Option<&PixelLine>) -> (usize, usize) {
     let disparity_px = line.map_or(0.0, |line| line.disparity_px);
     let ends = [x as f64 - disparity_px * lines.tau_before(), x as f64 + disparity_px * lines.tau_after()];
     let first = ends[0].min(ends[1]) - MARGIN_PX;
@@ -232,7 +232,7 @@ const LIMIT_SIGMAS: f32 = 3.0;
 
 /// Intensities along the line, and along those with one px less and more of disparity, which meet the last
 /// frame one column before and after: the paper's j - 1 and j + 1 with i fixed.
-fn intensity(volume: &Volume, lines: &Lines, x: usize, y: usize, disparity_px: f64) -> Intensity {
+fn intensity(volume: &Volume, lines: &EpiLines, x: usize, y: usize, disparity_px: f64) -> Intensity {
     let along = |shift: f64| {
         line_profile(volume, lines, x as f64 + shift * lines.tau_before(), y, disparity_px + shift)
     };

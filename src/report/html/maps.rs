@@ -9,7 +9,7 @@ use crate::results::{ResultMap, class_of, reason};
 use epirig_core::choice::Choice as _;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
-use epirig_matcher::Answer;
+use epirig_matcher::Validity;
 use maud::{Markup, html};
 
 /// Colours of uncertainties reach to this many times the median: at borders they are many times that of the
@@ -103,8 +103,8 @@ fn answers(report: &Report<'_>) -> Markup {
         "Pixels with and without an answer",
         &["answer", "share of all pixels", "why"],
         html! {
-            @for answer in Answer::ALL {
-                (cells(class_of(*answer).name, [&share(report.matched.share(*answer)), &reason(*answer)]))
+            @for validity in Validity::ALL {
+                (cells(class_of(*validity).name, [&share(report.matched.share(*validity)), &reason(*validity)]))
             }
         },
     )

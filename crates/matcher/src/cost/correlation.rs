@@ -10,7 +10,7 @@ use super::band::Band;
 use super::kernels;
 use super::sides::best_side;
 use crate::interpolation::Interpolation;
-use crate::lines::{Lines, SeenRule, Shift, Sightings};
+use crate::lines::{EpiLines, SeenRule, Shift, Sightings};
 use crate::options::Method;
 
 /// Fills cost rows one disparity after another.
@@ -20,7 +20,7 @@ use crate::options::Method;
 /// the upper and lower border the window has fewer rows.
 pub(super) struct Correlation<'a> {
     band: &'a Band,
-    lines: &'a Lines,
+    lines: &'a EpiLines,
     interpolation: Interpolation,
     level: Level,
     mean_model: bool,
@@ -42,7 +42,7 @@ pub(super) struct Correlation<'a> {
 impl<'a> Correlation<'a> {
     pub(super) fn new(
         band: &'a Band,
-        lines: &'a Lines,
+        lines: &'a EpiLines,
         interpolation: Interpolation,
         method: Method,
     ) -> Self {

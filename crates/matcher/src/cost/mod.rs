@@ -13,7 +13,7 @@ mod sides;
 mod variance;
 
 use super::candidates::Candidates;
-use super::lines::{Lines, SeenRule};
+use super::lines::{EpiLines, SeenRule};
 use super::options::{MatchOptions, Method};
 pub(crate) use band::Band;
 
@@ -65,7 +65,7 @@ impl CostTable {
 /// Costs of all candidates of the answered rows of `band`, one table for each.
 pub(super) fn band_costs(
     band: &Band,
-    lines: &Lines,
+    lines: &EpiLines,
     candidates: &Candidates,
     rule: SeenRule,
     options: &MatchOptions,

@@ -4,7 +4,7 @@
 use super::{Band, band_costs};
 use crate::candidates::Candidates;
 use crate::interpolation::Interpolation;
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::{DisparityRange, MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
@@ -171,7 +171,7 @@ fn compare(
     columns: std::ops::Range<usize>,
     expected: impl Fn(usize, usize, f64) -> Option<f64>,
 ) {
-    let lines = Lines::new(case.volume.tau(), case.reference, COLUMNS);
+    let lines = EpiLines::new(case.volume.tau(), case.reference, COLUMNS);
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 4.0 };
     let candidates = Candidates::covering(range, 0.5);
     let options = &case.options;

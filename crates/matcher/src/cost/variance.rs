@@ -6,7 +6,7 @@ use super::band::Band;
 use super::kernels;
 use super::sides::best_side;
 use crate::interpolation::Interpolation;
-use crate::lines::{Lines, SeenRule, Sightings};
+use crate::lines::{EpiLines, SeenRule, Sightings};
 
 /// Fills cost rows one disparity after another.
 ///
@@ -14,7 +14,7 @@ use crate::lines::{Lines, SeenRule, Sightings};
 /// small, so single precision suffices there; and the reference frame itself adds nothing.
 pub(super) struct Variance<'a> {
     band: &'a Band,
-    lines: &'a Lines,
+    lines: &'a EpiLines,
     interpolation: Interpolation,
     level: Level,
     anchors: Vec<Vec<f32>>,
@@ -25,7 +25,7 @@ pub(super) struct Variance<'a> {
 }
 
 impl<'a> Variance<'a> {
-    pub(super) fn new(band: &'a Band, lines: &'a Lines, interpolation: Interpolation) -> Self {
+    pub(super) fn new(band: &'a Band, lines: &'a EpiLines, interpolation: Interpolation) -> Self {
         let columns = lines.columns();
         let level = Level::new();
         let anchors = band

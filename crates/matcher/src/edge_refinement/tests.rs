@@ -1,7 +1,7 @@
 use super::*;
 use crate::OrderingUsed;
 use crate::candidates::DisparityRange;
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::options::{MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
@@ -37,7 +37,7 @@ pub(crate) fn step() -> Volume {
 }
 
 /// What is searched in it.
-pub(crate) fn task<'a>(volume: &'a Volume, lines: &'a Lines, options: &'a MatchOptions) -> Task<'a> {
+pub(crate) fn task<'a>(volume: &'a Volume, lines: &'a EpiLines, options: &'a MatchOptions) -> Task<'a> {
     Task {
         volume,
         lines,
@@ -58,7 +58,7 @@ fn widened() -> Grid<f32> {
 #[test]
 fn pixels_beside_an_edge_go_to_their_own_surface() {
     let volume = step();
-    let lines = Lines::new(volume.tau(), 0, COLUMNS);
+    let lines = EpiLines::new(volume.tau(), 0, COLUMNS);
     let options = MatchOptions::default();
     let mut guess = widened();
     guess.row_mut(7)[EDGE + 1] = f32::NAN;
@@ -78,7 +78,7 @@ fn pixels_beside_an_edge_go_to_their_own_surface() {
 #[test]
 fn steep_surfaces_and_correlations_stay_as_they_are() {
     let volume = step();
-    let lines = Lines::new(volume.tau(), 0, COLUMNS);
+    let lines = EpiLines::new(volume.tau(), 0, COLUMNS);
     let mut steep = Grid::filled(ROWS, COLUMNS, 0.0);
     (0..ROWS).for_each(|y| (0..COLUMNS).for_each(|x| steep.row_mut(y)[x] = 0.45 * x as f32));
     for (method, before) in [(Method::Variance, steep), (Method::NccFirst, widened())] {

@@ -16,7 +16,7 @@ mod neutral;
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::cost::CostTable;
-use super::lines::Lines;
+use super::lines::EpiLines;
 use kernels::{BLOCK, LANES, least, place_of_least, step_unlimited, step_within, take_columns};
 
 pub use neutral::neutral_cost;
@@ -33,7 +33,7 @@ pub struct OrderingLimits {
 impl OrderingLimits {
     /// The limits that keep the order of points in the first and the last frame, for candidates
     /// `disparity_step_px` apart.
-    pub fn new(lines: &Lines, disparity_step_px: f64) -> Self {
+    pub fn new(lines: &EpiLines, disparity_step_px: f64) -> Self {
         // The largest whole number strictly below 1 / (share * step); a share of zero sets no limit.
         let strictly_below = |share: f64| {
             let limit = 1.0 / (share * disparity_step_px);
@@ -199,10 +199,10 @@ mod tests {
 
     /// The least sum over all strictly increasing mappings, by trying every one: the definition, not the
     /// method.
-    fn exhaustive(costs: &CostTable, lines: &Lines, step: f64, unknown: f32) -> f64 {
+    fn exhaustive(costs: &CostTable, lines: &EpiLines, step: f64, unknown: f32) -> f64 {
         fn extend(
             costs: &CostTable,
-            lines: &Lines,
+            lines: &EpiLines,
             step: f64,
             unknown: f32,
             path: &mut Vec<usize>,
@@ -242,7 +242,7 @@ mod tests {
             reference in 0_usize..5,
             step in prop::sample::select(vec![0.25, 0.5, 1.0, 0.4]),
         ) {
-            let lines = Lines::new(&Tau::equidistant(5).unwrap(), reference, 5);
+            let lines = EpiLines::new(&Tau::equidistant(5).unwrap(), reference, 5);
             let costs = CostTable::from_values(5, values);
             let limits = OrderingLimits::new(&lines, step);
             let mapping = optimal_mapping(&costs, limits, 40.0);
@@ -321,11 +321,11 @@ mod tests {
     #[test]
     fn limits_follow_the_reference() {
         let tau = Tau::equidistant(3).unwrap();
-        let first = OrderingLimits::new(&Lines::new(&tau, 0, 9), 0.25);
+        let first = OrderingLimits::new(&EpiLines::new(&tau, 0, 9), 0.25);
         assert_eq!(first, OrderingLimits { fall: 3, rise: usize::MAX });
-        let middle = OrderingLimits::new(&Lines::new(&tau, 1, 9), 0.25);
+        let middle = OrderingLimits::new(&EpiLines::new(&tau, 1, 9), 0.25);
         assert_eq!(middle, OrderingLimits { fall: 7, rise: 7 });
-        let last = OrderingLimits::new(&Lines::new(&tau, 2, 9), 1.0);
+        let last = OrderingLimits::new(&EpiLines::new(&tau, 2, 9), 1.0);
         assert_eq!(last, OrderingLimits { fall: usize::MAX, rise: 0 });
     }
 }

@@ -22,7 +22,7 @@ pub(super) fn refined(task: Task<'_>, coarse: &Searched, reach: usize) -> Search
         guess,
         cost: doubled(&coarse.cost, (rows, columns)),
         confidence: doubled(&coarse.confidence, (rows, columns)),
-        answer: doubled(&coarse.answer, (rows, columns)),
+        validity: doubled(&coarse.validity, (rows, columns)),
         deviation_share: coarse.deviation_share,
     }
 }

@@ -13,7 +13,7 @@ mod tests;
 use std::ops::Range;
 
 use super::candidates::DisparityRange;
-use super::lines::{Lines, SeenRule};
+use super::lines::{EpiLines, SeenRule};
 use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::range::survey;
 use super::refine::stepped;
@@ -91,13 +91,13 @@ fn places(count: usize, reference: usize) -> Vec<usize> {
 /// Frames at half the resolution, with their lines and options.
 pub(super) struct Halved {
     volume: Volume,
-    lines: Lines,
+    lines: EpiLines,
     options: MatchOptions,
 }
 
 impl Halved {
     /// `volume` halved; `None` if it is too small for that.
-    pub(super) fn of(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<Self> {
+    pub(super) fn of(volume: &Volume, lines: &EpiLines, options: &MatchOptions) -> Option<Self> {
         let halved = volume.halved();
         let limit_px = options.largest_disparity_px(halved.columns().max(1));
         // Half of an odd number of columns is less than half of them.
@@ -111,7 +111,7 @@ impl Halved {
         options.check(halved.rows(), halved.columns(), halved.frames()).ok()?;
         let asked = lines.asked();
         let asked = asked.start / 2..asked.end.div_ceil(2).min(halved.columns());
-        let lines = Lines::new(halved.tau(), lines.reference(), halved.columns()).asking(asked);
+        let lines = EpiLines::new(halved.tau(), lines.reference(), halved.columns()).asking(asked);
         Some(Self { volume: halved, lines, options })
     }
 

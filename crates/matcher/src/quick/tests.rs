@@ -1,6 +1,6 @@
 use super::*;
 use crate::edge_refinement::tests::{COLUMNS, EDGE, NEAR_PX, ROWS, step, task};
-use crate::maps::Answer;
+use crate::maps::Validity;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::Grid;
 use proptest::prelude::*;
@@ -73,16 +73,16 @@ proptest! {
 }
 
 /// What a search of halved frames found.
-fn coarse(guess: Grid<f32>, answer: Grid<Answer>) -> Searched {
+fn coarse(guess: Grid<f32>, validity: Grid<Validity>) -> Searched {
     let filled = |value| guess.map(|_| value);
     let (cost, confidence) = (filled(1.0), filled(0.5));
-    Searched { guess, cost, confidence, answer, deviation_share: Some(0.3) }
+    Searched { guess, cost, confidence, validity, deviation_share: Some(0.3) }
 }
 
 #[test]
 fn edges_are_refined_to_a_pixel() {
     let volume = step();
-    let lines = Lines::new(volume.tau(), 0, COLUMNS);
+    let lines = EpiLines::new(volume.tau(), 0, COLUMNS);
     let options = MatchOptions::default();
     let halves = (ROWS / 2, COLUMNS / 2);
     // What windows of the halved frames do: the nearer surface reaches farther than it is, by a pixel and
@@ -90,8 +90,8 @@ fn edges_are_refined_to_a_pixel() {
     let mut guess = Grid::filled(halves.0, halves.1, 0.0);
     let last = EDGE / 2 + 1;
     (0..halves.0).for_each(|y| guess.row_mut(y)[..=last].fill(0.5 * NEAR_PX as f32));
-    let answer = Grid::filled(halves.0, halves.1, Answer::Found);
-    let found = refined(task(&volume, &lines, &options), &coarse(guess, answer), 2);
+    let validity = Grid::filled(halves.0, halves.1, Validity::Found);
+    let found = refined(task(&volume, &lines, &options), &coarse(guess, validity), 2);
     for y in 0..ROWS {
         for x in 8..COLUMNS - 8 {
             let truth = if x <= EDGE { NEAR_PX as f32 } else { 0.0 };
@@ -105,25 +105,25 @@ fn edges_are_refined_to_a_pixel() {
 #[test]
 fn a_plane_stays_a_plane_and_reasons_stay_with_their_pixels() {
     let volume = step();
-    let lines = Lines::new(volume.tau(), 0, COLUMNS);
+    let lines = EpiLines::new(volume.tau(), 0, COLUMNS);
     let options = MatchOptions::default();
     let halves = (ROWS / 2, COLUMNS / 2);
     // d = 5 + 0.04 x - 0.02 y, of which the middle of halved pixel (X, Y), (2 X + 0.5, 2 Y + 0.5), has half.
     let plane = |x: f32, y: f32| 5.0 + 0.04 * x - 0.02 * y;
     let mut guess = Grid::filled(halves.0, halves.1, 0.0);
-    let mut answer = Grid::filled(halves.0, halves.1, Answer::Found);
+    let mut validity = Grid::filled(halves.0, halves.1, Validity::Found);
     for y in 0..halves.0 {
         for x in 0..halves.1 {
             guess.row_mut(y)[x] = 0.5 * plane(2.0 * x as f32 + 0.5, 2.0 * y as f32 + 0.5);
         }
     }
     guess.row_mut(5)[20] = f32::NAN;
-    answer.row_mut(5)[20] = Answer::Ambiguous;
-    let found = refined(task(&volume, &lines, &options), &coarse(guess, answer), 2);
+    validity.row_mut(5)[20] = Validity::Ambiguous;
+    let found = refined(task(&volume, &lines, &options), &coarse(guess, validity), 2);
     for y in 1..ROWS - 1 {
         for x in 1..COLUMNS - 2 {
             let unknown = (40..42).contains(&x) && (10..12).contains(&y);
-            assert_eq!(found.answer.at(x, y) == Answer::Ambiguous, unknown, "({x}, {y})");
+            assert_eq!(found.validity.at(x, y) == Validity::Ambiguous, unknown, "({x}, {y})");
             let guess = found.guess.at(x, y);
             assert_eq!(guess.is_nan(), unknown, "({x}, {y})");
             // Beside the unknown one nothing is interpolated: half a pixel of the slants is off.
@@ -138,17 +138,17 @@ fn a_plane_stays_a_plane_and_reasons_stay_with_their_pixels() {
 #[test]
 fn frames_too_small_to_be_halved_are_not() {
     let volume = Volume::new(1, 40, 8, Tau::equidistant(5).unwrap());
-    let lines = Lines::new(volume.tau(), 0, 40);
+    let lines = EpiLines::new(volume.tau(), 0, 40);
     assert!(Halved::of(&volume, &lines, &MatchOptions::default()).is_none());
     let volume = Volume::new(2, 16, 8, Tau::equidistant(5).unwrap());
-    let lines = Lines::new(volume.tau(), 0, 16);
+    let lines = EpiLines::new(volume.tau(), 0, 16);
     let range = Some(DisparityRange { minimum_px: -5.0, maximum_px: 9.0 });
     let halved =
         Halved::of(&volume, &lines, &MatchOptions { range, window_px: 1, ..MatchOptions::default() });
     assert_eq!(halved.map(|halved| halved.rows()), Some(1));
     // What only just suits the whole frames is cut to what suits half of them.
     let volume = Volume::new(8, 81, 8, Tau::equidistant(5).unwrap());
-    let lines = Lines::new(volume.tau(), 0, 81);
+    let lines = EpiLines::new(volume.tau(), 0, 81);
     let range = Some(DisparityRange { minimum_px: 90.0, maximum_px: 160.0 });
     let widest = MatchOptions { range, window_px: 31, ..MatchOptions::default() };
     widest.check(8, 81, 5).unwrap();

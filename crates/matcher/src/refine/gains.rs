@@ -7,7 +7,7 @@ use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
 
 use crate::linear_epi::LinearEpi;
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
@@ -38,7 +38,7 @@ const LARGEST: f32 = 2.0;
 const SIGNIFICANT: f32 = 4.0;
 
 /// One over the gain of each frame; `None` if they are all alike, as far as chance lets tell.
-pub(super) fn corrections(volume: &Volume, lines: &Lines, guess: &Grid<f32>) -> Option<Vec<f32>> {
+pub(super) fn corrections(volume: &Volume, lines: &EpiLines, guess: &Grid<f32>) -> Option<Vec<f32>> {
     let points_of = |rows: usize| -> Vec<Point> {
         let rows = volume.rows().min(rows);
         let row = |index| row_points(volume, lines, guess, (2 * index + 1) * volume.rows() / (2 * rows));
@@ -100,7 +100,7 @@ struct Point {
     weight: f32,
 }
 
-fn row_points(volume: &Volume, lines: &Lines, guess: &Grid<f32>, y: usize) -> Vec<Point> {
+fn row_points(volume: &Volume, lines: &EpiLines, guess: &Grid<f32>, y: usize) -> Vec<Point> {
     let epi = LinearEpi::new(volume, y);
     let full_scale = (1_u32 << volume.bit_depth()) as f32;
     let frames = volume.frames();
@@ -136,7 +136,7 @@ mod tests {
     /// A texture with noise of 1 DN; frame t has the gain `gain(t)`. Two of three points are on wrong lines.
     fn found(gain: impl Fn(usize) -> f64) -> Option<Vec<f32>> {
         let tau = Tau::equidistant(FRAMES).unwrap();
-        let lines = Lines::new(&tau, 0, COLUMNS);
+        let lines = EpiLines::new(&tau, 0, COLUMNS);
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let mut volume = Volume::fine(ROWS, COLUMNS, 8, tau);
         for (index, count) in volume.fine_counts_mut().unwrap().iter_mut().enumerate() {

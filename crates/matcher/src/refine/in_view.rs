@@ -3,7 +3,7 @@
 use super::moments::{FrameSample, VisibleInterval};
 use super::padded::LANES;
 use super::spline::FRACTIONS;
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 
 // Whole pixels and fractions of a shift are separated by bits.
 const _: () = assert!(FRACTIONS.is_power_of_two());
@@ -12,7 +12,7 @@ const _: () = assert!(FRACTIONS.is_power_of_two());
 /// `start` on, whose disparity is about `common`; and, unless all see all, each pixel's interval. Of tau' =
 /// tau - tau_r those in `visible`, one for each pixel of the row, count where they are known.
 pub(super) fn in_view(
-    lines: &Lines,
+    lines: &EpiLines,
     (start, common): (usize, f64),
     served: &[bool; LANES],
     shown: &[(usize, f64)],

@@ -31,7 +31,7 @@ pub(super) use products::Turns;
 use products::{Normal, Products, TERMS, Terms, fraction};
 
 use super::spline::{FRACTIONS, Spline, SplineEpi, TAPS};
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 
 /// Rows that are looked at, spread over the image.
 const SAMPLED_ROWS: usize = 32;
@@ -98,7 +98,7 @@ struct Point {
 /// Which lines of a row are looked at.
 #[derive(Clone, Copy)]
 pub(super) struct RowLines<'a> {
-    pub(super) lines: &'a Lines,
+    pub(super) lines: &'a EpiLines,
     /// Disparities in px, NaN where unknown.
     pub(super) disparities: &'a [f32],
     /// First and last tau' in which each pixel is seen; `None`: wherever it is in the image.

@@ -8,7 +8,7 @@
 
 use super::observations::Observation;
 use super::spline::{FRACTIONS, Spline, SplineEpi};
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 use crate::one_surface::OneSurface;
 
 /// Pixels as far from another surface as this may show both, in px: as far as the rim's blur reaches.
@@ -33,7 +33,7 @@ const NOISE_REACH: usize = 3;
 pub(super) struct RowSamples<'a> {
     pub(super) spline: &'a Spline,
     pub(super) epi: &'a SplineEpi,
-    pub(super) lines: &'a Lines,
+    pub(super) lines: &'a EpiLines,
     /// Only every n-th frame from the reference frame on is there.
     pub(super) every: usize,
 }
@@ -160,9 +160,9 @@ mod tests {
 
     /// A near surface to the right of a rim that covers `share` of the pixel in frame `reference`, before a
     /// farther one that shows `far`. Pixels show what covers their square.
-    fn scene(share: f64, reference: usize, far: impl Fn(f64) -> f64) -> (Volume, Lines) {
+    fn scene(share: f64, reference: usize, far: impl Fn(f64) -> f64) -> (Volume, EpiLines) {
         let tau = Tau::equidistant(FRAMES).unwrap();
-        let lines = Lines::new(&tau, reference, COLUMNS);
+        let lines = EpiLines::new(&tau, reference, COLUMNS);
         let mut volume = Volume::fine(1, COLUMNS, 8, tau);
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let rim = MIXED as f64 + 0.5 - share;
@@ -178,7 +178,7 @@ mod tests {
     }
 
     /// The columns that are marked if the pixel is taken for one of the surface of disparity `own`.
-    fn marked((volume, lines): &(Volume, Lines), own: f32) -> Vec<usize> {
+    fn marked((volume, lines): &(Volume, EpiLines), own: f32) -> Vec<usize> {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
         epi.take(&spline, (volume, None), 0, 0..FRAMES);

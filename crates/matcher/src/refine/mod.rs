@@ -42,7 +42,7 @@ mod visibility;
 use rayon::prelude::*;
 
 use super::light_change::LightChange;
-use super::lines::{Lines, SeenRule};
+use super::lines::{EpiLines, SeenRule};
 use super::locking::LockingAmplitudes;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
@@ -82,7 +82,7 @@ pub struct FitResult {
 /// called once for each row.
 pub fn stepped(
     volume: &Volume,
-    lines: &Lines,
+    lines: &EpiLines,
     guess: Grid<f32>,
     rule: SeenRule,
     report: impl Fn() + Sync,
@@ -96,7 +96,7 @@ pub fn stepped(
 /// step.
 pub fn fit(
     volume: &Volume,
-    lines: &Lines,
+    lines: &EpiLines,
     guess: Grid<f32>,
     options: Fit,
     report: impl Fn() + Sync,
@@ -173,7 +173,7 @@ pub fn fit(
 }
 
 /// The weight that noise of variance 1 alone makes on average, for points seen in all frames.
-fn texture_of_noise(lines: &Lines) -> f64 {
+fn texture_of_noise(lines: &EpiLines) -> f64 {
     let count = lines.frames() as f64;
     let mean = lines.offsets().iter().sum::<f64>() / count;
     let spread: f64 = lines.offsets().iter().map(|tau| (tau - mean).powi(2)).sum();

@@ -7,7 +7,7 @@ use super::in_view::in_view;
 use super::moments::{Moments, block_moments};
 use super::padded::LANES;
 use super::spline::{Spline, SplineEpi};
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 
 /// The series around a block's common disparity is used this far, in px of shift in the frame farthest from
 /// the reference: the third term that it lacks is then 0.0008 px at most for texture of 4 px wavelength
@@ -62,7 +62,7 @@ pub(super) struct FramesUsed<'a> {
 pub(super) fn row_observations(
     (spline, level): (&Spline, Level),
     epi: &SplineEpi,
-    lines: &Lines,
+    lines: &EpiLines,
     guesses: &[f32],
     frames: FramesUsed<'_>,
     observations: &mut [Observation],
@@ -194,9 +194,9 @@ mod tests {
     }
 
     /// A scene of one disparity, moved by `moved` columns, with noise of `sigma` DN.
-    fn scene(rows: usize, disparity_px: f64, moved: f64, reference: usize, sigma: f64) -> (Volume, Lines) {
+    fn scene(rows: usize, disparity_px: f64, moved: f64, reference: usize, sigma: f64) -> (Volume, EpiLines) {
         let tau = Tau::equidistant(FRAMES).unwrap();
-        let lines = Lines::new(&tau, reference, COLUMNS);
+        let lines = EpiLines::new(&tau, reference, COLUMNS);
         let mut volume = Volume::fine(rows, COLUMNS, 8, tau);
         let mut random = ChaCha8Rng::seed_from_u64(5);
         for (index, count) in volume.fine_counts_mut().unwrap().iter_mut().enumerate() {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     fn observations_of(
-        (volume, lines): &(Volume, Lines),
+        (volume, lines): &(Volume, EpiLines),
         y: usize,
         guesses: &[f32],
         frames: FramesUsed<'_>,

@@ -6,7 +6,7 @@ use super::mixed_pixels::{APART_PX, BESIDE_PX};
 use super::padded::PAD;
 use super::planes::ObservationMaps;
 use crate::contrast::contrast;
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
@@ -19,7 +19,7 @@ const RESIDUAL_NOISE: f32 = 4.0;
 /// Says which pixels of row `y` are outliers, from their observations and the guesses that these start from.
 pub(super) fn outliers_of_row(
     volume: &Volume,
-    lines: &Lines,
+    lines: &EpiLines,
     (observations, guess): (&ObservationMaps, &Grid<f32>),
     deviation_share: f32,
     y: usize,
@@ -64,7 +64,7 @@ mod tests {
             // Nothing but the row and the frame in question has contrast.
             *count = 128 * if (y, t) == (1, 2) { stripes } else { 50 };
         }
-        let lines = Lines::new(volume.tau(), 2, COLUMNS);
+        let lines = EpiLines::new(volume.tau(), 2, COLUMNS);
         let mut observations = ObservationMaps::empty(3, COLUMNS);
         for x in 0..COLUMNS {
             observations.residual.row_mut(1)[PAD + x] = residual(x);

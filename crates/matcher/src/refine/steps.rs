@@ -14,7 +14,7 @@ use super::padded::PAD;
 use super::planes::ObservationMaps;
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::visible_intervals;
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::options::Occlusion;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
@@ -30,7 +30,7 @@ const COARSE_FRAMES: usize = 33;
 /// Data that all steps share.
 pub(super) struct Steps<'a> {
     pub(super) volume: &'a Volume,
-    pub(super) lines: &'a Lines,
+    pub(super) lines: &'a EpiLines,
     /// Which frames count.
     pub(super) rule: SeenRule,
     pub(super) spline: Spline,
@@ -59,7 +59,7 @@ impl<'a> Steps<'a> {
     /// Steps from `guess`.
     pub(super) fn new(
         volume: &'a Volume,
-        lines: &'a Lines,
+        lines: &'a EpiLines,
         guess: &Grid<f32>,
         rule: SeenRule,
         sizes: Sizes,
@@ -67,7 +67,7 @@ impl<'a> Steps<'a> {
         Self { sizes, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule) }
     }
 
-    /// Finds the gains of frames on the lines of `current`, for the observations from now on. Lines
+    /// Finds the gains of frames on the lines of `current`, for the observations from now on. EpiLines
     /// of the search follow the light where it drifts: after a step with light in the model they do
     /// not.
     pub(super) fn find_gains(&mut self, current: &Grid<f32>) {
@@ -75,7 +75,7 @@ impl<'a> Steps<'a> {
     }
 
     /// Steps from `guess` before the last one.
-    pub(super) fn rough(volume: &'a Volume, lines: &'a Lines, guess: &Grid<f32>, rule: SeenRule) -> Self {
+    pub(super) fn rough(volume: &'a Volume, lines: &'a EpiLines, guess: &Grid<f32>, rule: SeenRule) -> Self {
         let (low, high) = extremes(guess);
         Self {
             volume,

@@ -3,7 +3,7 @@
 //! A nearer point has the larger |disparity|. A point at x of disparity d and the rim of a nearer surface at
 //! x' of d' meet at tau' = (x - x') / (d' - d); from there on the point is occluded.
 
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 use crate::one_surface::OneSurface;
 
 /// A neighbour is the rim of a nearer surface if its disparity is larger by more than this, in px.
@@ -15,7 +15,7 @@ const RIM_PIXELS: usize = 3;
 const RIM_REACH_PX: f32 = 2.0;
 
 /// First and last tau' in which each point of a row of `disparities` is seen, as far as the row itself tells.
-pub(super) fn visible_intervals(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
+pub(super) fn visible_intervals(disparities: &[f32], lines: &EpiLines) -> Vec<(f32, f32)> {
     let whole = (-lines.tau_before() as f32, lines.tau_after() as f32);
     let mut visible = vec![whole; disparities.len()];
     // Rims, each with the side on which it occludes the background: +1 for points to the right of it.
@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn a_point_is_seen_until_the_rim_reaches_it() {
-        let lines = Lines::new(&Tau::equidistant(11).unwrap(), 5, 40);
+        let lines = EpiLines::new(&Tau::equidistant(11).unwrap(), 5, 40);
         // A strip of 30 px before a ground of 10 px, on columns 10 to 19. It gains 20 px on the ground over
         // the baseline.
         let row: Vec<f32> = (0..40).map(|x| if (10..20).contains(&x) { 30.0 } else { 10.0 }).collect();

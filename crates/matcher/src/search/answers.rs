@@ -1,8 +1,8 @@
 //! What the search finds, for a row and for the image.
 
 use crate::candidates::Candidates;
-use crate::lines::Lines;
-use crate::maps::Answer;
+use crate::lines::EpiLines;
+use crate::maps::Validity;
 use epirig_core::grid::Grid;
 
 /// The result of the search for each pixel of the reference frame; rows x columns.
@@ -14,7 +14,7 @@ pub(crate) struct Searched {
     /// Confidence against the best candidate elsewhere, 0 to 1; NaN where it has no cost or no rival.
     pub(crate) confidence: Grid<f32>,
     /// Whether there is a disparity.
-    pub(crate) answer: Grid<Answer>,
+    pub(crate) validity: Grid<Validity>,
     /// The largest squared deviation of a frame that agrees, as a share of the contrast around a point;
     /// `None` if points are not occluded.
     pub(crate) deviation_share: Option<f32>,
@@ -24,8 +24,8 @@ impl Searched {
     /// No pixel has a disparity.
     pub(super) fn unknown(rows: usize, columns: usize) -> Self {
         let unknown = || Grid::filled(rows, columns, f32::NAN);
-        let answer = Grid::filled(rows, columns, Answer::LeavesImage);
-        Self { guess: unknown(), cost: unknown(), confidence: unknown(), answer, deviation_share: None }
+        let validity = Grid::filled(rows, columns, Validity::LeavesImage);
+        Self { guess: unknown(), cost: unknown(), confidence: unknown(), validity, deviation_share: None }
     }
 
     /// Takes the answers of the rows from `first` on.
@@ -34,7 +34,7 @@ impl Searched {
             self.guess.row_mut(y).copy_from_slice(&row.disparity);
             self.cost.row_mut(y).copy_from_slice(&row.cost);
             self.confidence.row_mut(y).copy_from_slice(&row.confidence);
-            self.answer.row_mut(y).copy_from_slice(&row.answer);
+            self.validity.row_mut(y).copy_from_slice(&row.validity);
         }
     }
 }
@@ -47,26 +47,32 @@ pub(super) struct RowAnswers {
     /// Mean squared deviation over the largest that agrees, of the chosen candidate; NaN where that is not
     /// measured.
     pub(super) disagreement: Vec<f32>,
-    pub(super) answer: Vec<Answer>,
+    pub(super) validity: Vec<Validity>,
 }
 
 impl RowAnswers {
     pub(super) fn unknown(columns: usize) -> Self {
         let unknown = || vec![f32::NAN; columns];
-        let answer = vec![Answer::LeavesImage; columns];
-        Self { disparity: unknown(), cost: unknown(), confidence: unknown(), disagreement: unknown(), answer }
+        let validity = vec![Validity::LeavesImage; columns];
+        Self {
+            disparity: unknown(),
+            cost: unknown(),
+            confidence: unknown(),
+            disagreement: unknown(),
+            validity,
+        }
     }
 
     /// Column `x` has the disparity of a candidate, fractional, if it has an answer.
     pub(super) fn place(&mut self, x: usize, candidates: &Candidates, index: f64) {
-        if self.answer[x] == Answer::Found {
+        if self.validity[x] == Validity::Found {
             self.disparity[x] = candidates.disparity_px(index) as f32;
         }
     }
 }
 
 /// Distance of rivals, in candidates: they end at least a pixel from each other.
-pub(super) fn rival_distance(lines: &Lines, disparity_step_px: f64) -> usize {
+pub(super) fn rival_distance(lines: &EpiLines, disparity_step_px: f64) -> usize {
     let apart = (1.0 / (disparity_step_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
     apart.max(1)
 }
@@ -82,15 +88,15 @@ pub(super) fn bracketed(
     reach: usize,
     gone: impl Fn(usize) -> bool,
     costly: bool,
-) -> Answer {
+) -> Validity {
     let last = count - 1;
     let mut near = k.saturating_sub(reach)..=(k + reach).min(last);
     let some_gone = gone(0) || gone(last);
     if near.any(&gone) || (some_gone && costly) {
-        Answer::LeavesImage
+        Validity::LeavesImage
     } else if last > 1 && (k == 0 || k == last) {
-        Answer::BeyondRange
+        Validity::BeyondRange
     } else {
-        Answer::Found
+        Validity::Found
     }
 }

@@ -115,7 +115,7 @@ fn row_answers(
         let k = usize::from(k);
         row.cost[x] = own(k, x);
         let costly = costs.at(k, x) > neutral.unwrap_or(f32::INFINITY);
-        row.answer[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), costly);
+        row.validity[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), costly);
         row.place(x, candidates, k as f64 + parabola_vertex(costs, k, x));
     }
     row

@@ -13,8 +13,8 @@ use super::rows::bands;
 use super::task::Task;
 use super::tolerance::Tolerance;
 use crate::linear_epi::LinearEpi;
-use crate::lines::Lines;
-use crate::maps::Answer;
+use crate::lines::EpiLines;
+use crate::maps::Validity;
 use crate::one_surface::OneSurface;
 use epirig_core::grid::Grid;
 
@@ -31,7 +31,7 @@ pub(super) fn drop_ambiguous(searched: &mut Searched, min_confidence: f64) {
     for (index, confidence) in searched.confidence.values().iter().enumerate() {
         if f64::from(*confidence) < min_confidence && !searched.guess.values()[index].is_nan() {
             searched.guess.values_mut()[index] = f32::NAN;
-            searched.answer.values_mut()[index] = Answer::Ambiguous;
+            searched.validity.values_mut()[index] = Validity::Ambiguous;
         }
     }
     let guess = searched.guess.clone();
@@ -52,7 +52,7 @@ pub(super) fn drop_ambiguous(searched: &mut Searched, min_confidence: f64) {
             let side = 2 * NEIGHBOUR_REACH + 1;
             if (agree - 1) * side * side < LEAST_NEIGHBOURS * near.len() * around.len() {
                 searched.guess.row_mut(y)[x] = f32::NAN;
-                searched.answer.row_mut(y)[x] = Answer::Ambiguous;
+                searched.validity.row_mut(y)[x] = Validity::Ambiguous;
             }
         }
     }
@@ -70,7 +70,8 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
     let dearest_alone = 0.5 * (1.0 + dearest);
     let before = &*searched;
     let row_of = |y: usize, limits: &[f32]| -> Vec<(usize, f32, f32)> {
-        let is_open = |x: &usize| matches!(before.answer.at(*x, y), Answer::Ambiguous | Answer::Occluded);
+        let is_open =
+            |x: &usize| matches!(before.validity.at(*x, y), Validity::Ambiguous | Validity::Occluded);
         let open: Vec<usize> = (0..columns).filter(is_open).collect();
         if open.is_empty() {
             return Vec::new();
@@ -108,7 +109,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
             searched.guess.row_mut(y)[x] = disparity;
             searched.cost.row_mut(y)[x] = cost;
             searched.confidence.row_mut(y)[x] = f32::NAN;
-            searched.answer.row_mut(y)[x] = Answer::Found;
+            searched.validity.row_mut(y)[x] = Validity::Found;
         }
     }
 }
@@ -126,7 +127,7 @@ fn surfaces_around(guess: &Grid<f32>, x: usize, y: usize) -> Vec<f32> {
 
 /// Mean over the frames of the squared deviation from the reference frame's pixel along its line, over
 /// `limit` and at most 1; and the number of frames that have the point in view.
-fn disagreement(epi: &LinearEpi, lines: &Lines, x: usize, disparity: f32, limit: f32) -> (f32, usize) {
+fn disagreement(epi: &LinearEpi, lines: &EpiLines, x: usize, disparity: f32, limit: f32) -> (f32, usize) {
     let own = epi.frame(lines.reference())[x];
     let (mut sum, mut seen) = (0.0, 0);
     for (t, &tau) in lines.offsets().iter().enumerate() {

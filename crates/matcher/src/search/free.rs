@@ -19,7 +19,7 @@ use super::semi_global::{Aggregated, Aggregation, PathAggregation, Span};
 use super::sweep::{Consumer, Window, sweep};
 use super::task::Task;
 use super::tolerance::Tolerance;
-use crate::maps::Answer;
+use crate::maps::Validity;
 
 /// The search of a volume without the ordering constraint.
 pub(super) struct Search<'a> {
@@ -164,7 +164,7 @@ impl FreeRows<'_> {
     fn decided(&mut self, y: usize) {
         self.done = y + 1;
         match &mut self.paths {
-            None => self.answer(y, None),
+            None => self.validity(y, None),
             Some(paths) => paths.row_done(),
         }
     }
@@ -181,14 +181,14 @@ impl FreeRows<'_> {
                     }
                     self.best.take(runs.iter().map(|run| (run.clone(), &self.minima[run.clone()])));
                 }
-                self.answer(y, Some(&aggregated));
+                self.validity(y, Some(&aggregated));
             }
         }
         self.answers
     }
 
     /// Answers row `y` by the best of its own costs, or of aggregated ones.
-    fn answer(&mut self, y: usize, aggregated: Option<&Aggregated<'_>>) {
+    fn validity(&mut self, y: usize, aggregated: Option<&Aggregated<'_>>) {
         let Search { plan, task: Task { options, .. }, tolerance, .. } = *self.search;
         let dearest =
             tolerance.map_or(f32::INFINITY, |tolerance| tolerance.largest_cost(options.min_visible));
@@ -203,9 +203,9 @@ impl FreeRows<'_> {
             row.disagreement[x] = cost;
             row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
             let costly = cost > dearest;
-            row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), costly);
-            if row.answer[x] == Answer::Found && costly {
-                row.answer[x] = Answer::Occluded;
+            row.validity[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), costly);
+            if row.validity[x] == Validity::Found && costly {
+                row.validity[x] = Validity::Occluded;
             }
             row.place(x, &plan.candidates, k as f64 + self.best.vertex(x));
         }

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use crate::candidates::Candidates;
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 
 /// Least number of groups, if there are as many frames: occluded frames are left out by whole groups.
 const LEAST_GROUPS: usize = 12;
@@ -35,7 +35,7 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    pub(super) fn new(lines: &Lines) -> Self {
+    pub(super) fn new(lines: &EpiLines) -> Self {
         let (frames, reference) = (lines.frames(), lines.reference());
         let wanted = LEAST_GROUPS.max((frames as f64).sqrt().ceil() as usize);
         let extent = (lines.tau_before() + lines.tau_after()) / wanted as f64;
@@ -55,13 +55,13 @@ impl Groups {
     }
 }
 
-fn spread(lines: &Lines, frames: &Range<usize>) -> f64 {
+fn spread(lines: &EpiLines, frames: &Range<usize>) -> f64 {
     lines.offsets()[frames.end - 1] - lines.offsets()[frames.start]
 }
 
 /// The frames of one side in groups of equal extent, as near to `extent` as whole groups allow; no group is
 /// empty.
-fn divided(lines: &Lines, side: Range<usize>, extent: f64) -> Vec<Group> {
+fn divided(lines: &EpiLines, side: Range<usize>, extent: f64) -> Vec<Group> {
     if side.is_empty() {
         return Vec::new();
     }
@@ -95,7 +95,7 @@ mod tests {
         ) {
             let positions: Vec<f64> = steps.iter().scan(0.0, |sum, step| { *sum += step; Some(*sum) }).collect();
             let reference = (reference * positions.len() as f64) as usize;
-            let lines = Lines::new(&Tau::from_positions(&positions).unwrap(), reference, 100);
+            let lines = EpiLines::new(&Tau::from_positions(&positions).unwrap(), reference, 100);
             let groups = Groups::new(&lines);
             let frames: Vec<usize> = groups.groups.iter().flat_map(|group| group.frames.clone()).collect();
             let expected: Vec<usize> = (0..positions.len()).filter(|&t| t != reference).collect();
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn few_frames_stay_single() {
-        let lines = Lines::new(&Tau::equidistant(11).unwrap(), 3, 100);
+        let lines = EpiLines::new(&Tau::equidistant(11).unwrap(), 3, 100);
         let groups = Groups::new(&lines);
         assert_eq!((groups.groups.len(), groups.before, groups.extent), (10, 3, 0.0));
         assert_eq!(

@@ -12,7 +12,7 @@ use super::plan::Plan;
 use super::semi_global::{Aggregated, PathAggregation};
 use super::sweep::Consumer;
 use crate::cost::CostTable;
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 use crate::mapping::{OrderingLimits, optimal_mapping};
 use crate::winner::parabola_vertex;
 
@@ -39,7 +39,7 @@ impl<'a> Ordered<'a> {
     /// Rows are mapped by themselves, or with the help of those of `held`.
     pub(super) fn new(
         plan: &'a Plan,
-        lines: &Lines,
+        lines: &EpiLines,
         resolution: f32,
         paths: Option<PathAggregation<'a>>,
     ) -> Self {
@@ -125,7 +125,7 @@ impl<'a> Ordered<'a> {
                 row.confidence[x] =
                     (1.0 - (cost + self.resolution) / (rival + self.resolution)).clamp(0.0, 1.0);
                 let gone = |k: usize| self.table.at(k, x).is_nan();
-                row.answer[x] = bracketed(candidates.count(), k, 2 * self.apart, gone, cost > neutral);
+                row.validity[x] = bracketed(candidates.count(), k, 2 * self.apart, gone, cost > neutral);
                 row.place(x, candidates, k as f64 + parabola_vertex(&self.table, k, x));
             }
         }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::groups::Groups;
 use crate::candidates::Candidates;
-use crate::lines::{Lines, SeenRule, Shift, Sightings};
+use crate::lines::{EpiLines, SeenRule, Shift, Sightings};
 use crate::options::Occlusion;
 
 /// Pixels that rows are continued by beyond each border. A sample at the border is interpolated between a
@@ -70,7 +70,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn new(lines: &Lines, candidates: Candidates, rule: SeenRule) -> Self {
+    pub(super) fn new(lines: &EpiLines, candidates: Candidates, rule: SeenRule) -> Self {
         let groups = Groups::new(lines);
         let size = groups.slab(&candidates);
         let starts = (0..candidates.count()).step_by(size);
@@ -119,7 +119,7 @@ impl Slab {
     }
 }
 
-fn slab(lines: &Lines, groups: &Groups, candidates: &Candidates, range: Range<usize>) -> Slab {
+fn slab(lines: &EpiLines, groups: &Groups, candidates: &Candidates, range: Range<usize>) -> Slab {
     let middle = candidates.disparity_px(0.5 * (range.start + range.end - 1) as f64);
     let mut shifts = vec![Shift::by(0.0, lines.columns()); lines.frames()];
     let mut seen = Vec::with_capacity(groups.groups.len());
@@ -136,7 +136,7 @@ fn slab(lines: &Lines, groups: &Groups, candidates: &Candidates, range: Range<us
     Slab { candidates: range, shifts, seen }
 }
 
-fn candidate(lines: &Lines, groups: &Groups, slab: &Slab, disparity_px: f64, rule: SeenRule) -> Coverage {
+fn candidate(lines: &EpiLines, groups: &Groups, slab: &Slab, disparity_px: f64, rule: SeenRule) -> Coverage {
     let columns = lines.columns();
     let exact: Vec<Shift> =
         groups.groups.iter().map(|group| Shift::by(disparity_px * group.offset, columns)).collect();

@@ -5,7 +5,7 @@ use super::kernels;
 use super::plan::Plan;
 use super::row_costs::RowCosts;
 use crate::candidates::Candidates;
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::options::Method;
 use epirig_core::volume::Volume;
 
@@ -25,7 +25,7 @@ impl<'a> RowSurvey<'a> {
     /// Under `candidates`, with windows of three rows and `2 * half_columns + 1` columns.
     pub(crate) fn new(
         volume: &'a Volume,
-        lines: &Lines,
+        lines: &EpiLines,
         candidates: Candidates,
         rule: SeenRule,
         half_columns: usize,

@@ -1,7 +1,7 @@
 //! What is to be searched.
 
 use crate::candidates::DisparityRange;
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::maps::OrderingUsed;
 use crate::options::MatchOptions;
 use epirig_core::volume::Volume;
@@ -12,7 +12,7 @@ pub(crate) struct Task<'a> {
     /// The frames.
     pub(crate) volume: &'a Volume,
     /// The lines through the pixels of the reference frame.
-    pub(crate) lines: &'a Lines,
+    pub(crate) lines: &'a EpiLines,
     /// Disparities.
     pub(crate) range: DisparityRange,
     /// The ordering to be applied.

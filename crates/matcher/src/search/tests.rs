@@ -4,8 +4,8 @@
 use super::sweep::{Consumer, Window, sweep};
 use super::*;
 use crate::candidates::DisparityRange;
-use crate::lines::{Lines, SeenRule};
-use crate::maps::Answer;
+use crate::lines::{EpiLines, SeenRule};
+use crate::maps::Validity;
 use crate::options::MatchOptions;
 use crate::options::{Method, OrderingConstraint, ReferenceFrame};
 use epirig_core::frame::{Frame, Samples};
@@ -72,7 +72,13 @@ impl Consumer for Kept {
 }
 
 /// Variance along the candidate by its definition, over the frames in `counted`.
-fn defined(volume: &Volume, lines: &Lines, (x, y): (usize, usize), disparity: f64, counted: &[usize]) -> f64 {
+fn defined(
+    volume: &Volume,
+    lines: &EpiLines,
+    (x, y): (usize, usize),
+    disparity: f64,
+    counted: &[usize],
+) -> f64 {
     let mut row = vec![0.0; volume.columns()];
     let samples: Vec<f64> = counted
         .iter()
@@ -88,7 +94,7 @@ fn defined(volume: &Volume, lines: &Lines, (x, y): (usize, usize), disparity: f6
     samples.iter().map(|sample| (sample - mean).powi(2)).sum::<f64>() / (samples.len() - 1) as f64
 }
 
-fn frames_that_see(lines: &Lines, x: usize, disparity: f64) -> Vec<usize> {
+fn frames_that_see(lines: &EpiLines, x: usize, disparity: f64) -> Vec<usize> {
     let sees = |&t: &usize| {
         let shift = lines.shift(disparity, t);
         (shift.first..shift.end).contains(&x)
@@ -102,7 +108,7 @@ fn single_frames_give_the_variance_of_the_definition() {
     // Nothing moves along a line here: the costs are those of unrelated samples.
     let volume = volume(5, 90, &tau, |x, y, tau| texture(x, y, (1e6 * tau) as u64, 1.0));
     for reference in [0, 3, 7] {
-        let lines = Lines::new(&tau, reference, 90);
+        let lines = EpiLines::new(&tau, reference, 90);
         let rule = SeenRule::new(8, 0.5, Occlusion::None);
         let range = DisparityRange { minimum_px: -21.0, maximum_px: 17.5 };
         let plan = Plan::new(&lines, Candidates::covering(range, 0.5), rule);
@@ -131,7 +137,7 @@ fn groups_come_near_the_definition_for_any_reference() {
             .unwrap();
     let scene = volume(3, 200, &tau, |x, y, tau| texture(x - 14.0 * tau, y, 7, 4.0));
     for reference in [0, 20, 59] {
-        let lines = Lines::new(&tau, reference, 200);
+        let lines = EpiLines::new(&tau, reference, 200);
         let rule = SeenRule::new(60, 0.5, Occlusion::None);
         let range = DisparityRange { minimum_px: 0.0, maximum_px: 30.0 };
         let plan = Plan::new(&lines, Candidates::covering(range, 0.5), rule);
@@ -155,7 +161,7 @@ fn groups_come_near_the_definition_for_any_reference() {
 fn windows_are_means_over_the_pixels_that_there_are() {
     let tau = Tau::equidistant(5).unwrap();
     let scene = volume(40, 80, &tau, |x, y, tau| texture(x - 3.0 * tau, y, 3, 2.0));
-    let lines = Lines::new(&tau, 2, 80);
+    let lines = EpiLines::new(&tau, 2, 80);
     let range = DisparityRange { minimum_px: 0.0, maximum_px: 6.0 };
     let plan = Plan::new(&lines, Candidates::covering(range, 0.5), SeenRule::new(5, 1.0, Occlusion::None));
     let run = |rows: usize, columns: usize| {
@@ -186,7 +192,7 @@ pub(super) fn searched(
     ordering: OrderingUsed,
     options: &MatchOptions,
 ) -> Searched {
-    let lines = Lines::new(volume.tau(), reference, volume.columns());
+    let lines = EpiLines::new(volume.tau(), reference, volume.columns());
     let occluded = if ordering == OrderingUsed::Off { Occlusion::OneSide } else { Occlusion::None };
     let rule = SeenRule::new(volume.frames(), options.min_visible, occluded);
     let range = DisparityRange { minimum_px: 0.0, maximum_px: 30.0 };
@@ -208,7 +214,7 @@ fn both_searches_find_a_slanted_surface_from_any_reference() {
             for (x, y) in (0..240).flat_map(|x| (0..12).map(move |y| (x, y))) {
                 let truth = 8.0 + 0.05 * origin(x as f64, tau);
                 let error = (f64::from(found.guess.at(x, y)) - truth).abs();
-                answered += usize::from(found.answer.at(x, y) == Answer::Found);
+                answered += usize::from(found.validity.at(x, y) == Validity::Found);
                 near += usize::from(error <= 0.4);
             }
             // At 20 px of disparity some ten columns leave the image in more than half of the frames, if the
@@ -311,7 +317,7 @@ fn repetitive_texture_is_surveyed_and_searched_right_without_a_range() {
         let maps = crate::match_volume(&scene, &options, &Silent).unwrap();
         let answered = maps.disparity.values().iter().filter(|value| !value.is_nan());
         let wrong = answered.clone().filter(|value| (**value - 37.0).abs() > 6.0).count();
-        assert!(maps.share(Answer::Found) > 0.9, "{reference:?}: {}", maps.share(Answer::Found));
+        assert!(maps.share(Validity::Found) > 0.9, "{reference:?}: {}", maps.share(Validity::Found));
         assert!(wrong as f64 <= 0.005 * answered.count() as f64, "{reference:?}: {wrong}");
     }
 }

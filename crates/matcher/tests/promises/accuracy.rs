@@ -8,8 +8,8 @@ use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::{TruthReport, compare_with_truth};
 use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::{
-    Answer, DisparityMaps, DisparityRange, MatchOptions, Method, OrderingConstraint, OrderingUsed,
-    ReferenceFrame, match_volume,
+    DisparityMaps, DisparityRange, MatchOptions, Method, OrderingConstraint, OrderingUsed, ReferenceFrame,
+    Validity, match_volume,
 };
 use epirig_simulator::{Carried, Scene, Simulator, SimulatorConfig};
 
@@ -144,8 +144,8 @@ fn what_cannot_be_answered_is_not_answered() {
         for x in 0..256_usize {
             let near_tile = (y.saturating_sub(8)..(y + 9).min(256))
                 .any(|v| (x.saturating_sub(8)..(x + 9).min(256)).any(|u| !truth.disparity.at(u, v).is_nan()));
-            invented += usize::from(!near_tile && maps.answer.at(x, y) == Answer::Found);
-            assert_eq!(maps.answer.at(x, y) == Answer::Found, !maps.disparity.at(x, y).is_nan());
+            invented += usize::from(!near_tile && maps.validity.at(x, y) == Validity::Found);
+            assert_eq!(maps.validity.at(x, y) == Validity::Found, !maps.disparity.at(x, y).is_nan());
             assert_eq!(maps.disparity.at(x, y).is_nan(), maps.sigma.at(x, y).is_nan());
         }
     }
@@ -162,7 +162,7 @@ fn what_cannot_be_answered_is_not_answered() {
     let (maps, _) = measure(config, &options);
     // 40 px of disparity: the last 40 columns leave the image. At half the resolution, two more go
     // with the border of either end.
-    let first_lost = (0..128).find(|&x| maps.answer.at(x, 16) == Answer::LeavesImage).unwrap();
+    let first_lost = (0..128).find(|&x| maps.validity.at(x, 16) == Validity::LeavesImage).unwrap();
     assert!((84..=90).contains(&first_lost), "{first_lost}");
     assert!((first_lost..128).all(|x| maps.disparity.at(x, 16).is_nan()));
 }
@@ -207,7 +207,7 @@ fn noise_is_not_taken_for_texture() {
         );
         // The gate stands at four times what noise alone gives, and each pixel has picked the best of 65
         // candidates.
-        assert!(maps.share(Answer::Found) < 0.01, "{ordering:?}: {}", maps.share(Answer::Found));
+        assert!(maps.share(Validity::Found) < 0.01, "{ordering:?}: {}", maps.share(Validity::Found));
     }
 }
 

@@ -70,7 +70,7 @@ fn a_slanted_plane_is_known_as_well_as_windows_and_frames_allow() {
             }
             let error = f64::from(maps.disparity.at(x, y) - truth.disparity.at(x, y));
             let sigma = f64::from(maps.sigma.at(x, y));
-            assert!(!error.is_nan(), "({x}, {y}) has texture and no answer: {:?}", maps.answer.at(x, y));
+            assert!(!error.is_nan(), "({x}, {y}) has texture and no answer: {:?}", maps.validity.at(x, y));
             let window = (y - half..=y + half).flat_map(|v| &gradient.row(v)[x - half..=x + half]);
             let information: f64 = window.map(|slope| f64::from(*slope).powi(2)).sum();
             squares += (error / factor).powi(2) * information;

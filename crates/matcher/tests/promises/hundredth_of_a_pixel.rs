@@ -116,7 +116,11 @@ impl Measured {
                     continue;
                 }
                 let error = f64::from(maps.disparity.at(x, y)) - f64::from(truth.disparity.at(x, y));
-                assert!(!error.is_nan(), "({x}, {y}) has texture and no answer: {:?}", maps.answer.at(x, y));
+                assert!(
+                    !error.is_nan(),
+                    "({x}, {y}) has texture and no answer: {:?}",
+                    maps.validity.at(x, y)
+                );
                 let [known, unknown] = information(&gradient, (x, y));
                 measured.errors_px.push(error);
                 measured.bounds_px.push(factor / known.sqrt());

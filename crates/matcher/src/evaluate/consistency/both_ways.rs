@@ -97,7 +97,7 @@ fn seen_at(maps: &DisparityMaps, place: f64, y: usize) -> Option<(f32, f32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Answer, DisparityRange, OrderingUsed};
+    use crate::{DisparityRange, OrderingUsed, Validity};
     use epirig_core::progress::Silent;
     use epirig_simulator::{Simulator, SimulatorConfig};
 
@@ -108,7 +108,7 @@ mod tests {
             sigma: Grid::filled(1, columns, 0.02),
             cost: Grid::filled(1, columns, 0.0),
             confidence: Grid::filled(1, columns, 1.0),
-            answer: Grid::filled(1, columns, Answer::Found),
+            validity: Grid::filled(1, columns, Validity::Found),
             reference,
             range: DisparityRange { minimum_px: 0.0, maximum_px: 4.0 },
             range_found: false,

@@ -62,7 +62,7 @@ type Strip<S> = (Shape<S>, f32x16<S>);
 
 /// A wall that may be one of a groove.
 #[derive(Clone, Copy)]
-struct Wall<S: Simd> {
+struct StepEdge<S: Simd> {
     shape: Shape<S>,
     /// The sum of weights times the squared shape.
     square: f32x16<S>,
@@ -127,7 +127,7 @@ impl Parallels {
             first = end as usize;
         }
         let strips = &strips[..direction.ends.len()];
-        let none = Wall { shape: Shape([zero; 4]), square: zero, lost: zero };
+        let none = StepEdge { shape: Shape([zero; 4]), square: zero, lost: zero };
         let mut walls = [none; 2 * MOST_STRIPS];
         let mut beyond = Beyond::none(simd, self.spread);
         for (place, at_inner) in (1..strips.len() - 1).rev().zip(at_inner.chunks_exact(KINDS)) {
@@ -177,7 +177,7 @@ impl<S: Simd> Beyond<S> {
         strips: &[Strip<S>],
         priors: &[Prior; 3],
         place: usize,
-        walls: &mut [Wall<S>],
+        walls: &mut [StepEdge<S>],
     ) -> [Fitted<S>; KINDS] {
         let zero = f32x16::splat(simd, 0.0);
         let b = self.spread;
@@ -191,7 +191,7 @@ impl<S: Simd> Beyond<S> {
         let wall = fitted_edge(simd, shape, square, priors[WALL]);
         // A wall that falls leaves of a level of 1 what one that rises has on the other side.
         let left = squares(zero, [below.1, own.1, above.1], narrow);
-        walls[2 * place] = Wall { shape, square, lost: *w0 + above.1 + own.1 + below.1 - left };
+        walls[2 * place] = StepEdge { shape, square, lost: *w0 + above.1 + own.1 + below.1 - left };
         // The strip above is wholly beyond what follows.
         *crease = crease.plus(*level).plus_times(above.0, 0.5);
         *w2 = w1.mul_add(2.0, above.1.mul_add(0.25, *w2 + *w0));
@@ -214,7 +214,7 @@ impl<S: Simd> Beyond<S> {
         let square = squares(*w0 - above.1, [above.1, own.1, zero], [steep[0], steep[1], 0.0]);
         let step = fitted_edge(simd, shape, square, priors[WALL]);
         let left = squares(zero, [own.1, above.1, zero], [steep[0], steep[1], 0.0]);
-        walls[2 * place + 1] = Wall { shape, square, lost: *w0 + own.1 - left };
+        walls[2 * place + 1] = StepEdge { shape, square, lost: *w0 + own.1 - left };
         let at_middle = 0.125 + b;
         let shape = crease.plus_times(*level, 0.5).plus_times(own.0, at_middle);
         let square = squares(w0.mul_add(0.25, *w2 + *w1), [own.1, zero, zero], [at_middle, 0.0, 0.0]);

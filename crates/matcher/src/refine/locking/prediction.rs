@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::products::{Products, Regression, TERMS, Turns, fraction};
 use super::{LineSums, RowLines, RowSums};
-use crate::lines::Lines;
+use crate::lines::EpiLines;
 use crate::locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic};
 
 /// Fewer rows do not tell chance.
@@ -133,7 +133,7 @@ fn feigned(rows: &[&LineSums]) -> f64 {
 pub(in crate::refine) struct Prediction<'a> {
     amplitudes: &'a Amplitudes,
     turns: &'a Turns,
-    lines: &'a Lines,
+    lines: &'a EpiLines,
     first_px: f64,
     biases: Vec<f64>,
 }
@@ -143,7 +143,7 @@ impl<'a> Prediction<'a> {
     pub(in crate::refine) fn new(
         amplitudes: &'a Amplitudes,
         turns: &'a Turns,
-        lines: &'a Lines,
+        lines: &'a EpiLines,
         (low, high): (f32, f32),
     ) -> Self {
         let first_px = f64::from(low);

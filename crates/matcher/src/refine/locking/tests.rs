@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::products::{Products, Regression, Terms, Turns, fraction};
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::locking::LockingAmplitudes;
 use crate::options::Occlusion;
 use crate::refine::{Fit, FitResult, Sizes, fit};
@@ -55,7 +55,7 @@ fn fitted(
     (sigma, jitter): (f64, f64),
 ) -> FitResult {
     let tau = Tau::equidistant(FRAMES).unwrap();
-    let lines = Lines::new(&tau, reference, COLUMNS);
+    let lines = EpiLines::new(&tau, reference, COLUMNS);
     let mut volume = Volume::fine(ROWS, COLUMNS, 8, tau);
     let mut random = ChaCha8Rng::seed_from_u64(rows[0][0].2.to_bits());
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };

@@ -16,13 +16,13 @@ const NONE: f32 = f32::NAN;
 /// Answers with these disparities and the confidence 0.5; NaN is ambiguous.
 fn answers(rows: usize, columns: usize, guess: impl Fn(usize, usize) -> f32) -> Searched {
     let values: Vec<f32> = (0..rows * columns).map(|index| guess(index % columns, index / columns)).collect();
-    let answer = |value: &f32| if value.is_nan() { Answer::Ambiguous } else { Answer::Found };
-    let answer = Grid::from_values(rows, columns, values.iter().map(answer).collect()).unwrap();
+    let validity = |value: &f32| if value.is_nan() { Validity::Ambiguous } else { Validity::Found };
+    let validity = Grid::from_values(rows, columns, values.iter().map(validity).collect()).unwrap();
     Searched {
         guess: Grid::from_values(rows, columns, values).unwrap(),
         cost: Grid::filled(rows, columns, 1.0),
         confidence: Grid::filled(rows, columns, 0.5),
-        answer,
+        validity,
         deviation_share: None,
     }
 }
@@ -31,7 +31,7 @@ fn kept(searched: &Searched) -> Vec<(usize, usize)> {
     let (rows, columns) = (searched.guess.rows(), searched.guess.columns());
     let all = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
     all.filter(|&(x, y)| {
-        let found = searched.answer.at(x, y) == Answer::Found;
+        let found = searched.validity.at(x, y) == Validity::Found;
         assert_eq!(found, !searched.guess.at(x, y).is_nan(), "column {x}, row {y}");
         found
     })
@@ -43,7 +43,7 @@ fn single_candidates_are_taken_back_and_surfaces_stay() {
     let mut searched = answers(12, 30, |x, y| if (x, y) == (15, 6) { 20.0 } else { 7.0 });
     drop_ambiguous(&mut searched, 0.03);
     assert_eq!(kept(&searched).len(), 12 * 30 - 1);
-    assert_eq!(searched.answer.at(15, 6), Answer::Ambiguous);
+    assert_eq!(searched.validity.at(15, 6), Validity::Ambiguous);
     // A surface that slants by half a pixel per pixel, seen through gaps two pixels wide, to the corners.
     let mut searched =
         answers(12, 30, |x, y| if x % 5 < 2 { 0.5 * x as f32 } else { 100.0 + (17 * x + 29 * y) as f32 });
@@ -61,11 +61,11 @@ fn what_hardly_differs_from_its_rivals_is_ambiguous() {
     searched.confidence.row_mut(4)[5] = NONE;
     // Another verdict is not overruled.
     searched.guess.row_mut(2)[2] = NONE;
-    searched.answer.row_mut(2)[2] = Answer::LeavesImage;
+    searched.validity.row_mut(2)[2] = Validity::LeavesImage;
     searched.confidence.row_mut(2)[2] = 0.0;
     drop_ambiguous(&mut searched, 0.03);
-    assert_eq!(searched.answer.at(3, 4), Answer::Ambiguous);
-    assert_eq!(searched.answer.at(2, 2), Answer::LeavesImage);
+    assert_eq!(searched.validity.at(3, 4), Validity::Ambiguous);
+    assert_eq!(searched.validity.at(2, 2), Validity::LeavesImage);
     assert_eq!(kept(&searched).len(), 81 - 2);
 }
 
@@ -88,7 +88,7 @@ proptest! {
             }
             // Six where there are all 25.
             let stays = !level(x, y).is_nan() && like >= 6.0 / 25.0 * there - 1e-9;
-            prop_assert_eq!(searched.answer.at(x, y) == Answer::Found, stays);
+            prop_assert_eq!(searched.validity.at(x, y) == Validity::Found, stays);
             prop_assert_eq!(searched.guess.at(x, y).is_nan(), !stays);
         }
     }
@@ -156,7 +156,7 @@ fn scene(disparity_px: f64) -> Volume {
 fn disagreement_is_the_mean_squared_deviation_in_view() {
     for (reference, disparity_px) in [(0, 23.7), (20, -31.2), (40, 40.0), (7, 0.0)] {
         let volume = scene(11.0);
-        let lines = Lines::new(volume.tau(), reference, COLUMNS);
+        let lines = EpiLines::new(volume.tau(), reference, COLUMNS);
         let epi = LinearEpi::new(&volume, 5);
         let mut row = vec![0.0; COLUMNS];
         for x in 0..COLUMNS {
@@ -189,7 +189,7 @@ fn filled(
     guess: impl Fn(usize, usize) -> f32,
 ) -> Searched {
     let volume = scene(disparity_px);
-    let lines = Lines::new(volume.tau(), reference, COLUMNS);
+    let lines = EpiLines::new(volume.tau(), reference, COLUMNS);
     let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);
     let plan = Plan::new(&lines, Candidates::covering(RANGE, 0.5), rule);
     let options = MatchOptions::default();
@@ -220,7 +220,7 @@ fn gaps_get_the_disparity_of_the_surface_that_frames_agree_with() {
         let right = (found.guess.at(x, y) - 11.0).abs() <= 0.25;
         if guess(x, y).is_nan() {
             assert!(
-                right && found.answer.at(x, y) == Answer::Found,
+                right && found.validity.at(x, y) == Validity::Found,
                 "column {x}, row {y}: {}",
                 found.guess.at(x, y)
             );
@@ -238,7 +238,7 @@ fn what_no_frame_agrees_with_stays_without_an_answer() {
     let found = filled(11.0, 20, 0.05, guess);
     let gaps = (0..ROWS).flat_map(|y| (25..COLUMNS - 25).step_by(2).map(move |x| (x, y)));
     // The texture repeats itself here and there within the tolerance, for half of the frames.
-    let answered = gaps.clone().filter(|&(x, y)| found.answer.at(x, y) == Answer::Found).count();
+    let answered = gaps.clone().filter(|&(x, y)| found.validity.at(x, y) == Validity::Found).count();
     assert!(answered as f64 <= 0.03 * gaps.count() as f64, "{answered}");
 }
 
@@ -252,7 +252,7 @@ fn nothing_is_filled_in_that_too_few_frames_have_in_view() {
         for (y, x) in (0..ROWS).flat_map(|y| (gaps..COLUMNS).step_by(2).map(move |x| (y, x))) {
             let in_view = |tau: &&f64| x as f64 + 60.0 * **tau <= (COLUMNS - 1) as f64;
             let seen = tau.values().iter().filter(in_view).count();
-            assert_eq!(found.answer.at(x, y) == Answer::Found, 2 * seen >= FRAMES, "column {x}: {seen}");
+            assert_eq!(found.validity.at(x, y) == Validity::Found, 2 * seen >= FRAMES, "column {x}: {seen}");
         }
     }
 }

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::*;
 use crate::candidates::Candidates;
 use crate::candidates::DisparityRange;
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::options::Occlusion;
 use epirig_core::tau::Tau;
 
@@ -31,7 +31,7 @@ fn plan_of(
     (minimum_px, maximum_px): (f64, f64),
     disparity_step_px: f64,
 ) -> Plan {
-    let lines = Lines::new(volume.tau(), reference, COLUMNS);
+    let lines = EpiLines::new(volume.tau(), reference, COLUMNS);
     let rule = SeenRule::new(volume.frames(), 0.5, Occlusion::OneSide);
     Plan::new(
         &lines,

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::*;
 use crate::candidates::Candidates;
 use crate::candidates::DisparityRange;
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::maps::OrderingUsed;
 use crate::options::{MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
@@ -38,7 +38,7 @@ fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
         let (x, t) = (index % COLUMNS, index / COLUMNS % FRAMES);
         *count = (128.0 * (MEAN + wave(x as f64) + deviation(x, t))).round() as u16;
     }
-    let lines = Lines::new(volume.tau(), 0, COLUMNS);
+    let lines = EpiLines::new(volume.tau(), 0, COLUMNS);
     let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 3.0 };
     // All candidates share the sums under the gradient of the middle one, on which samples are whole pixels

@@ -1,7 +1,7 @@
 //! Cost aggregation across rows, on scenes whose truth is known in closed form.
 
 use crate::candidates::DisparityRange;
-use crate::lines::{Lines, SeenRule};
+use crate::lines::{EpiLines, SeenRule};
 use crate::options::{MatchError, MatchOptions, Occlusion, Search};
 use crate::search::tests::{searched, texture, volume};
 use crate::search::{OrderingUsed, Searched, Task, search};
@@ -145,7 +145,7 @@ fn help_does_not_depend_on_the_number_of_threads() {
 fn a_range_too_wide_to_be_held_is_refused_before_anything_is_searched() {
     let tau = Tau::equidistant(3).unwrap();
     let volume = Volume::new(4, 3000, 8, tau.clone());
-    let lines = Lines::new(&tau, 0, 3000);
+    let lines = EpiLines::new(&tau, 0, 3000);
     let rule = SeenRule::new(3, 0.5, Occlusion::None);
     let range = DisparityRange { minimum_px: -1000.0, maximum_px: 1000.0 };
     for search_by in [Search::Factorised, Search::Exhaustive] {
