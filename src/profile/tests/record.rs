@@ -44,8 +44,9 @@ fn value(key: &'static Key) -> BoxedStrategy<String> {
             (select(values), Just(unit)).prop_map(with_unit).boxed()
         }
         Kind::Measure { unit, .. } => {
-            let most = if unit.quantity == Quantity::Time { 24.0 } else { 1e3 };
-            (0.01..most, select(key.kind.units().collect::<Vec<_>>())).prop_map(with_unit).boxed()
+            // A time is at least 1 ns and at most 24 h.
+            let range = if unit.quantity == Quantity::Time { 1.0..24.0 } else { 0.01..1e3 };
+            (range, select(key.kind.units().collect::<Vec<_>>())).prop_map(with_unit).boxed()
         }
         Kind::Text | Kind::Form { .. } | Kind::Choice(_) => Just(key.example.to_owned()).boxed(),
     }
