@@ -8,7 +8,7 @@ mod background;
 mod error;
 mod live_map;
 #[cfg(test)]
-pub(crate) mod page_types;
+pub(crate) mod page_type_tests;
 mod parameters;
 mod questions;
 mod requests;

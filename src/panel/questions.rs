@@ -1,5 +1,5 @@
 //! The questions of the page, as a table: a row says where a question stands and who may ask it, and has its handler.
-//! What is asked and what is answered have types, which the page has as TypeScript; see [`page_types`](super::page_types).
+//! What is asked and what is answered have types, which the page has as TypeScript; a test writes them.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use ts_rs::TypeVisitor as _;
 
 #[cfg(test)]
-use super::page_types::Declarations;
+use super::page_type_tests::Declarations;
 use super::parameters::read;
 use epirig_server::{LARGEST_ORDER, Query, Refusal, RefusalKind, Reply};
 

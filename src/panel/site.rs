@@ -4,15 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::thread::JoinHandle;
 
-use serde_json::Value;
-
 use super::error::PanelError;
 use super::results::CurrentResults;
 use super::rig::start;
-use super::shared::{PanelHooks, PictureFeed, SharedState, StateFeed};
-use super::table::QUESTIONS;
+use super::shared::{PanelHooks, SharedState};
 use crate::profile::Draft;
-use epirig_server::{Feed, Query, Refusal, Reply, Site};
 
 /// What a panel is made of.
 pub struct PanelOptions {
@@ -103,37 +99,5 @@ impl Panel {
     pub(super) fn results(&self) -> Result<Arc<CurrentResults>, PanelError> {
         let results = self.results.read().unwrap_or_else(PoisonError::into_inner).clone();
         results.ok_or_else(|| PanelError::NotThere("no sequence is open; choose one in the list".to_owned()))
-    }
-}
-
-impl Site for Panel {
-    fn get(&self, path: &[&str], query: &Query) -> Result<Reply, Refusal> {
-        QUESTIONS.get(self, path, query)
-    }
-
-    fn post(&self, path: &[&str], asked: &Value) -> Result<Reply, Refusal> {
-        QUESTIONS.post(self, path, asked)
-    }
-
-    fn feed(&self, path: &[&str]) -> Result<Box<dyn Feed>, Refusal> {
-        match path {
-            ["rig", "state"] => Ok(Box::new(StateFeed::new(Arc::clone(&self.shared), None))),
-            // A page that tells its name is there as long as the feed is open.
-            ["rig", "state", client] => Ok(Box::new(StateFeed::new(Arc::clone(&self.shared), Some(client)))),
-            ["rig", "picture"] => Ok(Box::new(PictureFeed::new(Arc::clone(&self.shared)))),
-            _ => Err(Refusal::unknown(path)),
-        }
-    }
-
-    fn largest_body(&self, path: &[&str]) -> usize {
-        QUESTIONS.largest(path)
-    }
-
-    fn is_urgent(&self, path: &[&str]) -> bool {
-        QUESTIONS.is_urgent(path)
-    }
-
-    fn is_open_to_all(&self, path: &[&str]) -> bool {
-        QUESTIONS.is_open(path)
     }
 }

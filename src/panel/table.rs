@@ -1,11 +1,12 @@
 //! What the page of a rig may ask and order: a row for each, and its handler.
 
-use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use super::error::PanelError;
 use super::questions::{Answer, Json, Method, OnPage, Question, Questions};
@@ -18,12 +19,12 @@ use super::rig::{Control, ProfileMistake, change_profile, controls, profile_form
 use super::scan::{
     begin_measurement, folder_of, has_target, live_map, plan, sequences, shows_board, why_no_name,
 };
-use super::shared::{Order, OrderReply};
+use super::shared::{Order, OrderReply, PictureFeed, StateFeed};
 use super::site::Panel;
 use super::state::TaskKind;
 use epirig_data::sequence::Sequence;
 use epirig_devices::camera::SimView;
-use epirig_server::{Refusal, RefusalKind};
+use epirig_server::{Feed, Query, Refusal, RefusalKind, Reply, Site};
 
 /// The table.
 pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
@@ -126,6 +127,38 @@ pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
     let of_results = results_questions().map(|row| row.of(|panel: &Panel, _| Ok(panel.results()?)));
     Questions(of_rig.into_iter().chain(of_results).collect())
 });
+
+impl Site for Panel {
+    fn get(&self, path: &[&str], query: &Query) -> Result<Reply, Refusal> {
+        QUESTIONS.get(self, path, query)
+    }
+
+    fn post(&self, path: &[&str], asked: &Value) -> Result<Reply, Refusal> {
+        QUESTIONS.post(self, path, asked)
+    }
+
+    fn feed(&self, path: &[&str]) -> Result<Box<dyn Feed>, Refusal> {
+        match path {
+            ["rig", "state"] => Ok(Box::new(StateFeed::new(Arc::clone(&self.shared), None))),
+            // A page that tells its name is there as long as the feed is open.
+            ["rig", "state", client] => Ok(Box::new(StateFeed::new(Arc::clone(&self.shared), Some(client)))),
+            ["rig", "picture"] => Ok(Box::new(PictureFeed::new(Arc::clone(&self.shared)))),
+            _ => Err(Refusal::unknown(path)),
+        }
+    }
+
+    fn largest_body(&self, path: &[&str]) -> usize {
+        QUESTIONS.largest(path)
+    }
+
+    fn is_urgent(&self, path: &[&str]) -> bool {
+        QUESTIONS.is_urgent(path)
+    }
+
+    fn is_open_to_all(&self, path: &[&str]) -> bool {
+        QUESTIONS.is_open(path)
+    }
+}
 
 /// Something that only the page with control may do.
 fn order<Q: DeserializeOwned + OnPage, A: Answer>(

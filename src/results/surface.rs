@@ -52,7 +52,7 @@ pub struct SurfaceSummary {
     #[cfg_attr(test, ts(type = "unknown"))]
     pub filters: Filters,
     /// Roughness of the region after removal of the form and of outliers; hollows are included.
-    #[cfg_attr(test, ts(as = "crate::panel::page_types::Roughness"))]
+    #[cfg_attr(test, ts(as = "crate::panel::page_type_tests::Roughness"))]
     pub roughness: Roughness,
 }
 
@@ -97,10 +97,10 @@ pub struct FieldSummary {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LevelsSummary {
     /// Depth of the lower level below the upper, with the interval by its scatter alone.
-    #[cfg_attr(test, ts(as = "crate::panel::page_types::Depth"))]
+    #[cfg_attr(test, ts(as = "crate::panel::page_type_tests::Depth"))]
     pub depth: Depth,
     /// All contributions to its uncertainty, and their sum.
-    #[cfg_attr(test, ts(as = "crate::panel::page_types::Budget"))]
+    #[cfg_attr(test, ts(as = "crate::panel::page_type_tests::Budget"))]
     pub budget: Budget,
     /// Whether each half of the frames was measured on the levels that the other half shows. Otherwise the heights
     /// were divided by themselves, and the depth is too large.
@@ -118,16 +118,16 @@ pub struct LevelsSummary {
     /// Errors of pixels further apart than this are independent, in px.
     pub correlation_reach_px: usize,
     /// Roughness of the levels away from the walls, with the noise that sigma predicts.
-    #[cfg_attr(test, ts(as = "Option<crate::panel::page_types::Roughness>"))]
+    #[cfg_attr(test, ts(as = "Option<crate::panel::page_type_tests::Roughness>"))]
     pub roughness: Option<Roughness>,
     /// Roughness of the upper level alone, away from the walls.
-    #[cfg_attr(test, ts(as = "Option<crate::panel::page_types::Roughness>"))]
+    #[cfg_attr(test, ts(as = "Option<crate::panel::page_type_tests::Roughness>"))]
     pub upper: Option<Roughness>,
     /// Roughness of the lower level alone, away from the walls.
-    #[cfg_attr(test, ts(as = "Option<crate::panel::page_types::Roughness>"))]
+    #[cfg_attr(test, ts(as = "Option<crate::panel::page_type_tests::Roughness>"))]
     pub lower: Option<Roughness>,
     /// Each part.
-    #[cfg_attr(test, ts(as = "Vec<crate::panel::page_types::Part>"))]
+    #[cfg_attr(test, ts(as = "Vec<crate::panel::page_type_tests::Part>"))]
     pub parts: Vec<Part>,
 }
 

@@ -1,7 +1,6 @@
 import { useEffect, useState } from 'preact/hooks';
-import { api, type CalibrationInfo } from '../api';
+import { api } from '../api';
 import { Loaded } from '../components/Loaded';
-import { withMinus } from '../format/number';
 
 /** A picture of the server; an `img` cannot send the token, so it is fetched. */
 function Figure({ name, title }: { name: string; title: string }) {
@@ -32,41 +31,8 @@ function Figure({ name, title }: { name: string; title: string }) {
   );
 }
 
-/** Numbers of the calibration, whatever the server tells: names are its keys, in words. */
-function Numbers({ info }: { info: CalibrationInfo }) {
-  const groups = Object.entries(info).filter(
-    (entry): entry is [string, Record<string, unknown>] =>
-      typeof entry[1] === 'object' && entry[1] !== null && !Array.isArray(entry[1]),
-  );
-  const words = (key: string): string => key.replace(/_/g, ' ');
-  const text = (value: unknown): string => {
-    if (typeof value === 'number') return withMinus(String(Number(value.toPrecision(6))));
-    if (Array.isArray(value)) return value.map(text).join(', ');
-    return value === null || value === undefined ? 'unknown' : String(value);
-  };
-  return (
-    <>
-      {groups.map(([group, values]) => (
-        <table class="list" key={group}>
-          <caption>{words(group)}</caption>
-          <tbody>
-            {Object.entries(values)
-              .filter(([, value]) => typeof value !== 'object' || value === null || Array.isArray(value))
-              .map(([key, value]) => (
-                <tr key={key}>
-                  <th scope="row">{words(key)}</th>
-                  <td>{text(value)}</td>
-                </tr>
-              ))}
-          </tbody>
-        </table>
-      ))}
-    </>
-  );
-}
-
-function Remarks({ title, of }: { title: string; of: string[] | undefined }) {
-  if (!of || of.length === 0) return null;
+function Remarks({ title, of }: { title: string; of: string[] }) {
+  if (of.length === 0) return null;
   return (
     <>
       <h3>{title}</h3>
@@ -91,7 +57,6 @@ export function CalibrationPanel() {
             <>
               <Remarks title="Notes" of={info.notes} />
               <Remarks title="What is missing" of={info.needs} />
-              <Numbers info={info} />
               {info.figures.map(({ name, title }) => (
                 <Figure key={name} name={name} title={title} />
               ))}

@@ -14,30 +14,23 @@ interface Columns {
   points: LinePoint[];
 }
 
-/** The points as columns for the plot, in the unit of the result. */
+/** The points as columns for the plot; `factor` is the length that is shown over one in mm. */
 function columnsOf(info: LineInfo, factor: number): Columns {
-  const inMm = info.unit === 'mm';
-  const scale = inMm ? factor : 1;
-  const value = (point: LinePoint): number | null => (inMm ? point.height_mm : point.disparity_px) ?? null;
-  const sigma = (point: LinePoint): number | null => (inMm ? point.sigma_mm : point.sigma_px) ?? null;
   const shifted =
     (sign: number) =>
     (point: LinePoint): number | null => {
-      const [middle, half] = [value(point), sigma(point)];
-      return middle === null || half === null ? null : (middle + sign * half) * scale;
+      const [middle, half] = [point.height_mm, point.sigma_mm];
+      return middle === null || half === null ? null : (middle + sign * half) * factor;
     };
   return {
-    x: info.points.map((point) => (inMm ? point.distance_mm : point.distance_px) ?? 0),
+    x: info.points.map((point) => point.distance_mm),
     points: info.points,
     curves: [
       { label: 'value + sigma', values: info.points.map(shifted(1)), tone: 'muted', width: 0.5 },
       { label: 'value − sigma', values: info.points.map(shifted(-1)), tone: 'muted', width: 0.5 },
       {
-        label: inMm ? 'height' : 'disparity',
-        values: info.points.map((point) => {
-          const middle = value(point);
-          return middle === null ? null : middle * scale;
-        }),
+        label: 'height',
+        values: info.points.map(({ height_mm }) => (height_mm === null ? null : height_mm * factor)),
         tone: 'first',
         width: 1.8,
       },
@@ -80,7 +73,6 @@ export function ProfilePanel() {
       refuse(fault);
     }
   };
-  const unit = info?.unit === 'px' ? 'px' : label;
   return (
     <section class="profile" aria-label="Profile">
       <div class="profile-head">
@@ -112,9 +104,9 @@ export function ProfilePanel() {
       {columns && !error && (
         <div class={loading ? 'loading' : ''}>
           <CurvePanel
-            name={`Profile from A to B, ${info?.unit === 'px' ? 'disparity' : 'height'} in ${unit}`}
-            xLabel={`distance (${info?.unit ?? 'mm'})`}
-            yLabel={`${info?.unit === 'px' ? 'disparity' : 'height'} (${unit})`}
+            name={`Profile from A to B, height in ${label}`}
+            xLabel="distance (mm)"
+            yLabel={`height (${label})`}
             x={columns.x}
             curves={columns.curves}
             band={[0, 1]}

@@ -65,7 +65,6 @@ function Errors({ info }: { info: StageInfo }) {
 }
 
 function Retakes({ info }: { info: StageInfo }) {
-  const notes = info.frames.filter(({ note }) => note);
   return (
     <>
       <h3>Retakes</h3>
@@ -76,15 +75,6 @@ function Retakes({ info }: { info: StageInfo }) {
           {info.retakes.map(({ frame, reason }, index) => (
             <li key={index}>
               frame {frame}: {reason}
-            </li>
-          ))}
-        </ul>
-      )}
-      {notes.length > 0 && (
-        <ul>
-          {notes.map(({ index, note }) => (
-            <li key={index}>
-              frame {index}: {note}
             </li>
           ))}
         </ul>

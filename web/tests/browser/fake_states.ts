@@ -97,6 +97,7 @@ export function scanning(change: Partial<ScanState> = {}): RigState {
     done: 37,
     of: 101,
     seconds_left: 243,
+    stops: false,
   };
   const ended = scan.state === 'done' || scan.state === 'failed';
   return { ...idle(), scan, task: ended ? null : task };

@@ -146,7 +146,15 @@ test('keys hold, too; a key that repeats begins nothing new', async ({ page }) =
   expect(rig.sent('rig/jog').map(({ asked }) => [asked.direction, asked.fast])).toEqual([[-1, true]]);
   // While it moves it is the only task, and must not turn its own button off.
   rig.tell({
-    task: { kind: 'jogging', words: 'jogging', step: null, done: null, of: null, seconds_left: null },
+    task: {
+      kind: 'jogging',
+      words: 'jogging',
+      step: null,
+      done: null,
+      of: null,
+      seconds_left: null,
+      stops: false,
+    },
   });
   await expect(page.getByRole('button', { name: 'Move +1 mm' })).toBeDisabled();
   await goesOn(page, rig);

@@ -298,6 +298,7 @@ test.describe('states', () => {
         done: 3,
         of: 10,
         seconds_left: 52,
+        stops: false,
       },
     });
     await expect(page.getByRole('progressbar', { name: 'Doctor' })).toHaveAttribute('aria-valuenow', '30');

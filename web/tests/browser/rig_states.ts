@@ -77,7 +77,7 @@ export const STATES: [name: string, change: Partial<RigState>][] = [
 ];
 
 function task(kind: 'homing' | 'doctor', words: string): NonNullable<RigState['task']> {
-  return { kind, words, step: null, done: 3, of: 10, seconds_left: 52 };
+  return { kind, words, step: null, done: 3, of: 10, seconds_left: 52, stops: false };
 }
 
 /** Opens the rig view in a state, with a picture on the screen. */

@@ -162,7 +162,10 @@ test('a scan that is done is measured, and its results are opened', async ({ pag
   await page.getByRole('button', { name: 'Measure' }).click();
   await expect.poll(() => rig.asked('scan/measure')[0]?.name).toBe('tile-0413');
   const task = { kind: 'measuring' as const, words: 'measuring tile-0413' };
-  rig.set({ ...done, task: { ...task, step: 'matching', done: 3, of: 12, seconds_left: 50 } });
+  rig.set({
+    ...done,
+    task: { ...task, step: 'matching', done: 3, of: 12, seconds_left: 50, stops: false },
+  });
   const bar = page.getByRole('progressbar', { name: 'Measurement' });
   await expect(bar).toHaveAttribute('aria-valuetext', 'matching, 3 of 12, about 50 s left');
   await expect(bar).toHaveAttribute('aria-valuenow', '3');

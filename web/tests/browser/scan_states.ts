@@ -47,7 +47,7 @@ export const STATES: Record<string, State> = {
       const task = { kind: 'measuring' as const, words: 'measuring tile-0413', step: 'matching' };
       rig.state = {
         ...scanning({ state: 'done', done: 101 }),
-        task: { ...task, done: 3, of: 12, seconds_left: 50 },
+        task: { ...task, done: 3, of: 12, seconds_left: 50, stops: false },
       };
     },
     words: /matching.*3 of 12/,

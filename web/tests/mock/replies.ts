@@ -5,6 +5,7 @@ import type {
   LineInfo,
   MapClass,
   MapInfo,
+  MatchInfo,
   OneValue,
   PixelInfo,
   Results,
@@ -105,7 +106,8 @@ export function mapTile(id: string, level: number, row: number, column: number):
   return tile((x, y) => grid[y * COLUMNS + x] ?? NaN, map.nearest, level, row, column);
 }
 
-export const SURFACE: SurfaceSummary = {
+/** As far as the page reads it. */
+export const SURFACE = {
   conclusion: {
     sentence:
       'hollows 0.1999 mm +- 0.0079 mm deep (95 % coverage, baseline taken as exact), as planned: 0.2 mm lies within the interval',
@@ -154,7 +156,7 @@ export const SURFACE: SurfaceSummary = {
     sq_without_noise_mm: 0.015,
     pixels: 290000,
   },
-};
+} as unknown as SurfaceSummary;
 
 export function results(): Results {
   return {
@@ -186,7 +188,7 @@ export function results(): Results {
       maximum_px: 24,
       seconds: 12.4,
       tau: TAU.map((tau) => tau + 0.5),
-    },
+    } as unknown as MatchInfo,
     others: ['look'],
     geometry: { pixel_mm: PIXEL_MM, distance_mm: 300, origin_px: [0, 0] },
     surface: SURFACE,
@@ -380,11 +382,12 @@ export function stage(): StageInfo {
       error_um: 0.4 * truth.noise(index, 1),
       measured_error_px: 0.004 * truth.noise(index, 2),
       retakes: index === 11 ? 1 : 0,
-      note: null,
+      mean_dn: 1200,
+      saturated: 0,
     })),
     retakes: [
-      { frame: 11, reason: 'shake: the image moved by 0.6 px (limit 0.2 px)' },
-      { frame: 29, reason: 'light: the mean fell by 4.1 % (limit 2 %)' },
+      { frame: 11, attempt: 1, at: '14:01:02', reason: 'shake: the image moved by 0.6 px (limit 0.2 px)' },
+      { frame: 29, attempt: 1, at: '14:02:11', reason: 'light: the mean fell by 4.1 % (limit 2 %)' },
     ],
     events: [{ at: '14:02:11', words: 'frame 29 retaken' }],
   };

@@ -1,5 +1,5 @@
 //! The types of the page are those of the program: written into `web/src/types.ts` by
-//! `EPIRIG_WRITE_TABLES=1 cargo test --lib page_types`, and compared here.
+//! `EPIRIG_WRITE_TABLES=1 cargo test --lib page_type_tests`, and compared here.
 
 use std::any::TypeId;
 use std::collections::BTreeMap;
@@ -115,7 +115,7 @@ fn declarations() -> String {
     let all: Vec<String> = all.found.into_values().map(|(_, text)| text).collect();
     format!(
         "// What the program tells the page and is sent by it. Written by `EPIRIG_WRITE_TABLES=1 cargo test --lib \
-         page_types`.\n\n{}",
+         page_type_tests`.\n\n{}",
         all.join("\n")
     )
 }
