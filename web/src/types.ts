@@ -306,6 +306,11 @@ direction: number, fast: boolean, };
 export type JogId = { id: number, };
 
 /**
+ * A position or a distance.
+ */
+export type Length = { mm: number, };
+
+/**
  * The two levels of a surface.
  */
 export type LevelsSummary = { 
@@ -486,9 +491,22 @@ kind: LogKind,
 words: string, };
 
 /**
+ * A class of pixels as the page is told of it.
+ */
+export type MapClass = { name: string, 
+/**
+ * Its share of all pixels.
+ */
+share: number, };
+
+/**
  * A map as the page is told of it.
  */
-export type MapInfo = { id: string, title: string, unit: string, rows: number, columns: number, levels: number, colours: 'viridis' | 'magma' | 'mask', scale: 'linear' | 'log', 
+export type MapInfo = { id: string, title: string, unit: string, rows: number, columns: number, levels: number, colours: 'viridis' | 'magma' | 'vik' | 'mask', scale: 'linear' | 'log', 
+/**
+ * What the values 0, 1, ... stand for; empty for quantities.
+ */
+classes: Array<MapClass>, 
 /**
  * Pixels with a value.
  */
@@ -582,7 +600,7 @@ region: unknown,
  */
 mask: MaskFacts | null, 
 /**
- * Settings of the matcher.
+ * The options of the matcher, as they were asked for.
  */
 settings: unknown, 
 /**
@@ -761,7 +779,7 @@ export type PixelCost = { disparity_px: Array<number>, cost: Array<number | null
 /**
  * All about a pixel.
  */
-export type PixelInfo = { rows: number, columns: number, x: number, y: number, x_mm: number | null, y_mm: number | null, answer: string, reason: string, values: Array<PixelValue>, better_than: number | null, epi: EpiWindow, tau: Array<number>, reference: number, line: PixelLine | null, neighbours: Array<Neighbour>, intensity: Intensity | null, cost: PixelCost | null, };
+export type PixelInfo = { rows: number, columns: number, x: number, y: number, x_mm: number | null, y_mm: number | null, answer: 'found' | 'leaves-image' | 'beyond-range' | 'no-texture' | 'occluded' | 'ambiguous' | 'outside', reason: string, values: Array<PixelValue>, better_than: number | null, epi: EpiWindow, tau: Array<number>, reference: number, line: PixelLine | null, neighbours: Array<Neighbour>, intensity: Intensity | null, cost: PixelCost | null, };
 
 export type PixelLine = { column: number, disparity_px: number, sigma_px: number, };
 
