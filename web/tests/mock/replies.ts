@@ -2,6 +2,7 @@
 
 import * as truth from './truth';
 import type {
+  CalibrationInfo,
   LineInfo,
   MapClass,
   MapInfo,
@@ -105,6 +106,12 @@ export function mapTile(id: string, level: number, row: number, column: number):
   const grid = gridOf(map);
   return tile((x, y) => grid[y * COLUMNS + x] ?? NaN, map.nearest, level, row, column);
 }
+
+export const CALIBRATION: CalibrationInfo = {
+  figures: [{ name: 'lens', title: 'Distortion of the lens' }],
+  notes: ['the lens was calibrated with 12 views of a board'],
+  needs: [],
+};
 
 /** As far as the page reads it. */
 export const SURFACE = {

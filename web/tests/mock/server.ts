@@ -102,10 +102,7 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
       return sendJson(reply, replies.stage());
     case 'calibration':
       if (parts[1]) return sendBytes(reply, PNG, 'image/png');
-      return sendJson(reply, {
-        figures: [{ name: 'lens', title: 'Distortion of the lens' }],
-        lens: { focal_length_px: 3210.52, residual_rms_px: 0.199, distortion: [-0.112, 0.031] },
-      });
+      return sendJson(reply, replies.CALIBRATION);
     case 'downloads':
       return sendJson(reply, [
         { name: 'height.tiff', title: 'Height map, float TIFF', bytes: 1228800 },
