@@ -5,9 +5,11 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::ReportError;
 use super::axis::Axis;
+use super::canvas::{Drawn, FONT, drawn, say, use_own_font};
+use super::csv::{number, table};
 use super::heading::{COLOURS, Entry, Sample, draw_heading, heading_height};
-use super::{FONT, ReportError, register_font};
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 480;
@@ -24,6 +26,11 @@ const BAND: f64 = 0.25;
 /// Length of dashes and of the gaps between them, in px.
 const DASH: i32 = 8;
 const GAP: i32 = 5;
+
+/// What charts are drawn by: plotters asks for these bounds.
+trait Backend: DrawingBackend<ErrorType: 'static> {}
+
+impl<B: DrawingBackend<ErrorType: 'static>> Backend for B {}
 
 type Axes<'a, B> = ChartContext<'a, B, Cartesian2d<Axis, Axis>>;
 
@@ -122,13 +129,7 @@ impl Chart {
     /// # Errors
     /// [`ReportError`] if the text cannot be drawn.
     pub fn picture(&self) -> Result<RgbImage, ReportError> {
-        register_font();
-        let mut raw = vec![255; (WIDTH * HEIGHT * 3) as usize];
-        let area = BitMapBackend::with_buffer(&mut raw, (WIDTH, HEIGHT)).into_drawing_area();
-        self.draw(&area).map_err(|reason| ReportError::new(&self.title, reason))?;
-        drop(area);
-        RgbImage::from_raw(WIDTH, HEIGHT, raw)
-            .ok_or_else(|| ReportError::new(&self.title, "its size is wrong"))
+        drawn(&self.title, (WIDTH, HEIGHT), |area| self.draw(area))
     }
 
     /// The chart as SVG.
@@ -136,11 +137,11 @@ impl Chart {
     /// # Errors
     /// As [`picture`](Self::picture).
     pub fn svg(&self) -> Result<String, ReportError> {
-        register_font();
+        use_own_font();
         let mut text = String::new();
         let area = SVGBackend::with_string(&mut text, (WIDTH, HEIGHT)).into_drawing_area();
-        area.fill(&WHITE).map_err(|reason| ReportError::new(&self.title, reason))?;
-        self.draw(&area).map_err(|reason| ReportError::new(&self.title, reason))?;
+        let drawn = area.fill(&WHITE).map_err(say).and_then(|()| self.draw(&area));
+        drawn.map_err(|reason| ReportError::new(&self.title, reason))?;
         drop(area);
         Ok(text)
     }
@@ -152,23 +153,18 @@ impl Chart {
         let uncertain = |series: &Series| matches!(series.marks, Marks::DotsWithBars(_) | Marks::Band(_));
         let bars = self.series.iter().any(uncertain);
         let last = if bars { ",standard deviation" } else { "" };
-        let mut text = format!("series,{},{}{last}\n", quoted(&self.x_label), quoted(&self.y_label));
-        for series in &self.series {
-            for (index, (x, y)) in series.points.iter().enumerate() {
-                text.push_str(&format!("{},{x},{}", quoted(&series.name), number(*y)));
-                if bars {
-                    text.push_str(&format!(",{}", number(series.sigma(index))));
-                }
-                text.push('\n');
-            }
-        }
-        text
+        let head = format!("series,{},{}{last}", quoted(&self.x_label), quoted(&self.y_label));
+        let row = |series: &Series, index: usize, (x, y): (f64, f64)| {
+            let bar = if bars { format!(",{}", number(series.sigma(index))) } else { String::new() };
+            format!("{},{x},{}{bar}", quoted(&series.name), number(y))
+        };
+        let rows = self.series.iter().flat_map(|series| {
+            series.points.iter().enumerate().map(move |(index, point)| row(series, index, *point))
+        });
+        table(&head, rows)
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw<B: Backend>(&self, area: &DrawingArea<B, Shift>) -> Drawn {
         let known = || self.series.iter().flat_map(Series::known);
         let x_axis = Axis::around(known().map(|(_, point, _)| point.0), 0.0);
         let zero = if self.zero_line { known().next().map(|_| 0.0) } else { None };
@@ -216,10 +212,7 @@ impl Chart {
 }
 
 impl Series {
-    fn draw<B: DrawingBackend>(&self, axes: &mut Axes<'_, B>, colour: RGBColor) -> Result<(), String>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw<B: Backend>(&self, axes: &mut Axes<'_, B>, colour: RGBColor) -> Drawn {
         if let Marks::Line | Marks::Dashed | Marks::Band(_) = self.marks {
             return self.draw_lines(axes, colour);
         }
@@ -233,10 +226,7 @@ impl Series {
         Ok(())
     }
 
-    fn draw_lines<B: DrawingBackend>(&self, axes: &mut Axes<'_, B>, colour: RGBColor) -> Result<(), String>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_lines<B: Backend>(&self, axes: &mut Axes<'_, B>, colour: RGBColor) -> Drawn {
         let mut known = self.known().peekable();
         while let Some((first, point, sigma)) = known.next() {
             let mut piece = vec![(point, sigma)];
@@ -263,15 +253,7 @@ impl Series {
     }
 
     /// Labels are right of their points; left of them beyond `turn`.
-    fn draw_labels<B: DrawingBackend>(
-        &self,
-        axes: &mut Axes<'_, B>,
-        colour: RGBColor,
-        turn: f64,
-    ) -> Result<(), String>
-    where
-        B::ErrorType: 'static,
-    {
+    fn draw_labels<B: Backend>(&self, axes: &mut Axes<'_, B>, colour: RGBColor, turn: f64) -> Drawn {
         let labels = self.known().filter_map(|(index, point, _)| {
             let (side, aside) = if point.0 > turn { (HPos::Right, -7) } else { (HPos::Left, 7) };
             let style = TextStyle::from((FONT, 14)).color(&colour).pos(Pos::new(side, VPos::Center));
@@ -281,15 +263,6 @@ impl Series {
         axes.draw_series(labels).map_err(say)?;
         Ok(())
     }
-}
-
-fn say(error: impl std::fmt::Display) -> String {
-    error.to_string()
-}
-
-/// A number for a table.
-pub(super) fn number(value: f64) -> String {
-    if value.is_nan() { "nan".to_owned() } else { value.to_string() }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use image::RgbImage;
 
 use super::ReportError;
 use super::chart::{Chart, Series};
-use super::cost_image::CostImage;
+use super::cost_image::cost_picture;
 use crate::results::names;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
@@ -77,13 +77,10 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
     }
     let disparity_px = |k: usize| row.candidates.disparity_px(k as f64);
     let mapping = maps.disparity.row(row.y);
-    let image = CostImage {
-        title: format!("Cost of the candidates of row {}: bright is low; the result in red", row.y),
-        brightness,
-        lowest_px: disparity_px(0) - 0.5 * row.candidates.disparity_step_px(),
-        highest_px: disparity_px(count - 1) + 0.5 * row.candidates.disparity_step_px(),
-        mapping,
-    };
+    let half_step_px = 0.5 * row.candidates.disparity_step_px();
+    let edges_px = (disparity_px(0) - half_step_px, disparity_px(count - 1) + half_step_px);
+    let title = format!("Cost of the candidates of row {}: bright is low; the result in red", row.y);
+    let picture = cost_picture(&title, &brightness, edges_px, mapping)?;
     let number = |value: f32| if value.is_nan() { "nan".to_owned() } else { value.to_string() };
     let mut csv = "disparity_px".to_owned();
     (0..columns).for_each(|x| csv.push_str(&format!(",x={x}")));
@@ -97,7 +94,7 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
         });
         csv.push('\n');
     }
-    Ok(Figure { name: names::COST_IMAGE, picture: image.picture()?, csv })
+    Ok(Figure { name: names::COST_IMAGE, picture, csv })
 }
 
 fn neighbour_profiles(

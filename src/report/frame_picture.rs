@@ -6,9 +6,10 @@ use image::RgbImage;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::ReportError;
 use super::axis::Axis;
+use super::canvas::{Canvas, Drawn, FONT, drawn, say};
 use super::heading::{Entry, draw_heading, heading_height};
-use super::{FONT, ReportError, register_font};
 
 /// Largest size of the drawn frame, in px.
 const MOST_WIDTH: f64 = 800.0;
@@ -47,9 +48,7 @@ pub(super) struct Stroke {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FramePicture {
     pub(super) title: String,
-    /// Rows of the frame.
     pub(super) rows: usize,
-    /// Columns of the frame.
     pub(super) columns: usize,
     pub(super) cells: Vec<ColouredCell>,
     pub(super) strokes: Vec<Stroke>,
@@ -63,23 +62,15 @@ pub(super) fn frame_scale(rows: usize, columns: usize) -> f64 {
 
 impl FramePicture {
     pub(super) fn picture(&self) -> Result<RgbImage, ReportError> {
-        register_font();
         let scale = frame_scale(self.rows, self.columns);
         let width = (self.columns as f64 * scale).round().max(1.0) as u32;
         let height = (self.rows as f64 * scale).round().max(1.0) as u32;
         let full = ((width + LEFT + RIGHT).max(LEAST_WIDTH), height + heading_height(&self.legend) + BELOW);
-        let mut raw = vec![255; (full.0 * full.1 * 3) as usize];
-        self.draw(&mut raw, full, width).map_err(|reason| ReportError::new(&self.title, reason))?;
-        RgbImage::from_raw(full.0, full.1, raw)
-            .ok_or_else(|| ReportError::new(&self.title, "its size is wrong"))
+        drawn(&self.title, full, |area| self.draw(area, full.0, width))
     }
 
-    fn draw(&self, raw: &mut [u8], full: (u32, u32), width: u32) -> Result<(), String> {
-        fn say(error: impl std::fmt::Display) -> String {
-            error.to_string()
-        }
-        let area = BitMapBackend::with_buffer(raw, full).into_drawing_area();
-        draw_heading(&area, &self.title, &self.legend, LEFT as i32)?;
+    fn draw(&self, area: &Canvas<'_>, full_width: u32, width: u32) -> Drawn {
+        draw_heading(area, &self.title, &self.legend, LEFT as i32)?;
         let (_, body) = area.split_vertically(heading_height(&self.legend));
         let (right, bottom) = (self.columns as f64 - 0.5, self.rows as f64 - 0.5);
         let mut axes = ChartBuilder::on(&body)
@@ -87,7 +78,7 @@ impl FramePicture {
             .margin_bottom(8)
             .y_label_area_size(LEFT - 8)
             .margin_left(8)
-            .margin_right(full.0 - width - LEFT)
+            .margin_right(full_width - width - LEFT)
             .build_cartesian_2d(Axis::between(-0.5, right), Axis::between(bottom, -0.5))
             .map_err(say)?;
         for cell in &self.cells {
@@ -123,7 +114,7 @@ impl FramePicture {
             .map_err(say)?;
         let border = Rectangle::new([(-0.5, -0.5), (right, bottom)], BLACK.mix(0.6));
         axes.draw_series([border]).map_err(say)?;
-        area.present().map_err(say)
+        Ok(())
     }
 }
 

@@ -3,7 +3,7 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::FONT;
+use super::canvas::{Drawn, FONT, say};
 
 /// Colours that are distinct for people with any colour vision (Wong 2011).
 pub(super) const COLOURS: [RGBColor; 7] = [
@@ -31,15 +31,12 @@ pub(super) enum Sample {
     Dashed(i32),
     /// A line of this length in a band, in px.
     Band(i32),
-    /// A dot.
     Dot,
-    /// A circle.
     Ring,
     /// A dot with an error bar.
     DotWithBar,
 }
 
-/// An entry of the legend.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Entry {
     pub(super) name: String,
@@ -58,8 +55,7 @@ pub(super) fn draw_heading<B: DrawingBackend>(
     title: &str,
     legend: &[Entry],
     left: i32,
-) -> Result<(), String> {
-    let say = |error: DrawingAreaErrorKind<_>| error.to_string();
+) -> Drawn {
     let title_style = (FONT, 20).into_font().into_text_style(area);
     area.draw_text(title, &title_style, (12, 9)).map_err(say)?;
     let style = (FONT, 14).into_font().into_text_style(area);

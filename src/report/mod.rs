@@ -2,8 +2,10 @@
 
 mod axis;
 mod calibration;
+mod canvas;
 mod chart;
 mod cost_image;
+mod csv;
 mod figures;
 mod frame_picture;
 mod heading;
@@ -40,17 +42,4 @@ impl ReportError {
     fn new(title: &str, reason: impl ToString) -> Self {
         Self { title: title.to_owned(), reason: reason.to_string() }
     }
-}
-
-/// The name of the font in charts.
-const FONT: &str = "sans-serif";
-
-/// Registers the embedded font, so that no installed font is needed.
-fn register_font() {
-    static ONCE: std::sync::Once = std::sync::Once::new();
-    // A broken font is reported by the first picture that draws text.
-    ONCE.call_once(|| {
-        let _ =
-            plotters::style::register_font(FONT, plotters::style::FontStyle::Normal, dejavu::sans::regular());
-    });
 }

@@ -2,6 +2,7 @@
 
 use super::cells::{Cells, rgb};
 use crate::report::chart::{Chart, Marks, Series};
+use crate::report::csv::table;
 use crate::report::{Figure, MapPicture, ReportError, ValueRange};
 use epirig_calibration::photometry::{CellGrid, FlatField, FlatModel, FrameGains, Maps};
 use epirig_core::grid::Grid;
@@ -13,28 +14,22 @@ const FULL_COLOUR_PERCENT: f64 = 0.1;
 
 /// The gain over the frame; `None` if its map was not kept.
 pub(super) fn flat_field(field: &FlatField, maps: &Maps) -> Result<Option<Figure>, ReportError> {
-    let percent = |gain: &Grid<f32>| gain.map(|gain| 100.0 * gain);
-    let (percent, range) = match (&field.model, &maps.flat_field) {
-        (FlatModel::Polynomial(polynomial), _) => {
-            let percent = percent(&polynomial.image());
-            let range = whole_range(&percent);
-            (percent, range)
-        }
-        (FlatModel::PerPixel, Some(map)) => {
-            let percent = percent(map);
-            // A few defective pixels must not take all colours.
-            let range = ValueRange::of(&percent, LEAST_GAIN_SPAN);
-            (percent, range)
-        }
+    let percent = |gain: f32| 100.0 * gain;
+    let (percent, range): (_, fn(&Grid<f32>) -> ValueRange) = match (&field.model, &maps.flat_field) {
+        (FlatModel::Polynomial(polynomial), _) => (polynomial.image().map(percent), whole_range),
+        // A few defective pixels must not take all colours.
+        (FlatModel::PerPixel, Some(map)) => (map.map(percent), |map| ValueRange::of(map, LEAST_GAIN_SPAN)),
         (FlatModel::PerPixel, None) => return Ok(None),
     };
+    let range = range(&percent);
     let picture = MapPicture::new(&percent, "Flat field: brightness over its mean", "%", range).picture()?;
-    let mut csv = "first_column,last_column,first_row,last_row,mean_gain_percent\n".to_owned();
-    for cell in CellGrid::of(&percent).cells() {
+    let grid = CellGrid::of(&percent);
+    let cells = grid.cells().iter().map(|cell| {
         let (columns, rows) = (&cell.columns, &cell.rows);
         let (right, bottom) = (columns.end - 1, rows.end - 1);
-        csv.push_str(&format!("{},{right},{},{bottom},{}\n", columns.start, rows.start, cell.mean));
-    }
+        format!("{},{right},{},{bottom},{}", columns.start, rows.start, cell.mean)
+    });
+    let csv = table("first_column,last_column,first_row,last_row,mean_gain_percent", cells);
     Ok(Some(Figure { name: "flat-field", picture, csv }))
 }
 
@@ -81,10 +76,9 @@ pub(super) fn frame_gains(gains: &FrameGains) -> Result<Option<Figure>, ReportEr
     }
     let points = gains.gain.iter().enumerate().map(|(frame, gain)| (frame as f64, 100.0 * (gain - 1.0)));
     let sigmas: Vec<f64> = gains.sigma.iter().map(|sigma| 100.0 * sigma).collect();
-    let mut csv = "frame,gain,sigma\n".to_owned();
-    for (frame, (gain, sigma)) in gains.gain.iter().zip(&gains.sigma).enumerate() {
-        csv.push_str(&format!("{frame},{gain},{sigma}\n"));
-    }
+    let frames = gains.gain.iter().zip(&gains.sigma).enumerate();
+    let csv =
+        table("frame,gain,sigma", frames.map(|(frame, (gain, sigma))| format!("{frame},{gain},{sigma}")));
     let chart = Chart {
         title: format!(
             "Brightness of every frame, corrected by division; rms {:.3} %; bars: one standard uncertainty",

@@ -4,14 +4,13 @@ use image::RgbImage;
 use plotters::style::RGBColor;
 
 use crate::report::ReportError;
+use crate::report::csv::table;
 use crate::report::frame_picture::{ColouredCell, FramePicture};
 
 /// Numbers of the cells of a frame.
 pub(super) struct Cells<'a> {
     pub(super) title: String,
-    /// Rows of the frame.
     pub(super) rows: usize,
-    /// Columns of the frame.
     pub(super) columns: usize,
     /// A list for each row of cells; all lists have the same length.
     pub(super) values: &'a [Vec<f64>],
@@ -44,11 +43,11 @@ impl Cells<'_> {
 
     /// One line per cell: its column and row of cells from 0, and its value, named `what`.
     pub(super) fn csv(&self, what: &str) -> String {
-        let mut csv = format!("cell_column,cell_row,{what}\n");
-        for (y, row) in self.values.iter().enumerate() {
-            row.iter().enumerate().for_each(|(x, value)| csv.push_str(&format!("{x},{y},{value}\n")));
-        }
-        csv
+        let rows =
+            self.values.iter().enumerate().flat_map(|(y, row)| {
+                row.iter().enumerate().map(move |(x, value)| format!("{x},{y},{value}"))
+            });
+        table(&format!("cell_column,cell_row,{what}"), rows)
     }
 }
 

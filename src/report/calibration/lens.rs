@@ -3,6 +3,7 @@
 use plotters::style::RGBColor;
 
 use super::cells::{Cells, rgb};
+use crate::report::csv::table;
 use crate::report::frame_picture::{FramePicture, Stroke, frame_scale};
 use crate::report::heading::{COLOURS, Entry, Sample};
 use crate::report::{Figure, ReportError};
@@ -67,13 +68,13 @@ pub(super) fn residuals(lens: &LensCalibration) -> Result<Option<Figure>, Report
         strokes: shown.iter().map(stroke).collect(),
         legend,
     };
-    let mut csv = "view,point,x_px,y_px,dx_px,dy_px,rejected\n".to_owned();
-    for (view, points) in lens.residuals.iter().enumerate() {
-        for (index, point) in points.iter().enumerate() {
+    let rows = lens.residuals.iter().enumerate().flat_map(|(view, points)| {
+        points.iter().enumerate().map(move |(index, point)| {
             let PointResidual { x_px, y_px, dx_px, dy_px, rejected } = point;
-            csv.push_str(&format!("{view},{index},{x_px},{y_px},{dx_px},{dy_px},{rejected}\n"));
-        }
-    }
+            format!("{view},{index},{x_px},{y_px},{dx_px},{dy_px},{rejected}")
+        })
+    });
+    let csv = table("view,point,x_px,y_px,dx_px,dy_px,rejected", rows);
     Ok(Some(Figure { name: "lens-residuals", picture: picture.picture()?, csv }))
 }
 

@@ -1,7 +1,8 @@
 //! Figures of the straightness of rows, and of the positioning error of the stage.
 
 use crate::calibrate::Calibration;
-use crate::report::chart::{Chart, Marks, Series, number};
+use crate::report::chart::{Chart, Marks, Series};
+use crate::report::csv::{number, table};
 use crate::report::{Figure, ReportError};
 use epirig_calibration::stage_axis::{PositioningError, StageAxis, TrackResidual};
 
@@ -21,11 +22,11 @@ pub(super) fn rows(stage_axis: &StageAxis, calibration: &Calibration) -> Result<
     if points.is_empty() {
         return Ok(None);
     }
-    let mut csv = "frame,corner,column_px,along_px,across_px\n".to_owned();
-    for residual in &stage_axis.residuals {
-        let (column_px, along_px, across_px) = (column(residual), residual.along_px, residual.across_px);
-        csv.push_str(&format!("{},{},{column_px},{along_px},{across_px}\n", residual.frame, residual.corner));
-    }
+    let rows = stage_axis.residuals.iter().map(|residual| {
+        let TrackResidual { frame, corner, along_px, across_px, .. } = residual;
+        format!("{frame},{corner},{},{along_px},{across_px}", column(residual))
+    });
+    let csv = table("frame,corner,column_px,along_px,across_px", rows);
     let mut series = vec![Series::dots("one corner in one frame", points.clone())];
     let means = means(&points);
     if means.iter().any(|mean| !mean.1.is_nan()) {

@@ -23,32 +23,24 @@ pub(super) fn height(report: &Report<'_>) -> Result<Markup, ReportError> {
     let heights = MapPicture::of(ResultMap::HeightWithoutForm, maps.rest_mm);
     let heights = heights.in_mm(Some(millimetres(report))).beside(maps.matched_frame);
     let beside = if heights.has_photograph() { "Left: the reference frame. Right: height" } else { "Height" };
-    let (height, factor) = Picture::map(heights, ResultMap::HeightWithoutForm.row().title)?;
+    let height = Picture::map(heights, ResultMap::HeightWithoutForm.row().title)?;
     Ok(height.figure(
         "Map of the height after removal of the form, in colours from dark (low) to bright (high)",
         format!(
             "{beside} after removal of the form, positive towards the camera: columns {} to {}, rows {} to {}, {:.4} mm \
              for a pixel. Dark is low, bright is high; walls are shaded. Triangles at the scale mean that some heights lie \
-             beyond it. Grey pixels have no height or are not part of the field.{}",
+             beyond it. Grey pixels have no height or are not part of the field.",
             columns.start,
             columns.end.saturating_sub(1),
             rows.start,
             rows.end.saturating_sub(1),
-            report.surface.pixel_mm,
-            reduced(factor)
+            report.surface.pixel_mm
         ),
     ))
 }
 
 fn millimetres(report: &Report<'_>) -> Millimetres {
     Millimetres { pixel_mm: report.surface.pixel_mm, origin_px: report.surface.origin_px }
-}
-
-fn reduced(factor: usize) -> String {
-    match factor {
-        1 => String::new(),
-        factor => format!(" A pixel of the picture is the mean of {factor} x {factor} pixels."),
-    }
 }
 
 pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
@@ -58,21 +50,18 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
     let range = range_of_sigmas(&window.of(maps.sigma_mm));
     let sigmas = MapPicture::over(ResultMap::HeightSigma, maps.sigma_mm, range).in_mm(millimetres);
     let title = ResultMap::HeightSigma.row().title;
-    let (uncertainty, factor) = Picture::map(sigmas.within(window.clone()), title)?;
+    let uncertainty = Picture::map(sigmas.within(window.clone()), title)?;
     let uncertainty = uncertainty.figure(
         "Map of the standard uncertainty of the height; bright pixels are known worst",
-        format!(
-            "Standard uncertainty of each height, without that of the scale, up to three times its median. Bright \
-             pixels are known worst.{}",
-            reduced(factor)
-        ),
+        "Standard uncertainty of each height, without that of the scale, up to three times its median. Bright pixels \
+         are known worst.",
     );
     let whole = Window::whole(maps.disparity_px.rows(), maps.disparity_px.columns());
     let disparity = MapPicture::of(ResultMap::Disparity, maps.disparity_px).in_mm(millimetres).within(whole);
-    let (disparity, factor) = Picture::map(disparity, ResultMap::Disparity.row().title)?;
+    let disparity = Picture::map(disparity, ResultMap::Disparity.row().title)?;
     let disparity = disparity.figure(
         "Map of the disparity of the whole picture, as matched",
-        format!("Disparity over the whole baseline in the whole picture, as matched.{}", reduced(factor)),
+        "Disparity over the whole baseline in the whole picture, as matched.",
     );
     let used = class_picture(ResultMap::Used, maps.used, (&window, millimetres))?;
     let used = Picture::rgb(&used, ResultMap::Used.row().title)?.figure(

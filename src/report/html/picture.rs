@@ -29,6 +29,8 @@ pub(super) struct Picture {
     source: String,
     /// Whether it may be enlarged without harm, and has fine text.
     is_chart: bool,
+    /// A sentence behind the caption; empty for none.
+    remark: String,
 }
 
 impl Picture {
@@ -47,20 +49,28 @@ impl Picture {
     }
 
     fn png(bytes: &[u8]) -> Self {
-        Self { source: format!("data:image/png;base64,{}", STANDARD.encode(bytes)), is_chart: false }
+        Self {
+            source: format!("data:image/png;base64,{}", STANDARD.encode(bytes)),
+            is_chart: false,
+            remark: String::new(),
+        }
     }
 
     pub(super) fn chart(chart: &Chart) -> Result<Self, ReportError> {
         let svg = STANDARD.encode(chart.svg()?);
-        Ok(Self { source: format!("data:image/svg+xml;base64,{svg}"), is_chart: true })
+        let source = format!("data:image/svg+xml;base64,{svg}");
+        Ok(Self { source, is_chart: true, remark: String::new() })
     }
 
-    /// A map, at most as large as the page has room for, and how many pixels of the map are one of the picture along
-    /// a side.
-    pub(super) fn map(picture: MapPicture<'_>, title: &str) -> Result<(Self, usize), ReportError> {
+    /// A map, at most as large as the page has room for.
+    pub(super) fn map(picture: MapPicture<'_>, title: &str) -> Result<Self, ReportError> {
         let beside = picture.has_photograph();
         let picture = picture.at_most(if beside { WIDEST_PAIR_PX } else { WIDEST_MAP_PX });
-        Ok((Self::rgb(&picture.picture()?, title)?, picture.reduced_by()))
+        let remark = match picture.reduced_by() {
+            1 => String::new(),
+            factor => format!(" A pixel of the picture is the mean of {factor} x {factor} pixels."),
+        };
+        Ok(Self { remark, ..Self::rgb(&picture.picture()?, title)? })
     }
 
     /// A frame as the sensor gave it.
@@ -91,7 +101,7 @@ impl Picture {
         let picture = html! { img src=(self.source) alt=(alt) class=(class); };
         // The text of a chart would be too small on a narrow screen, so it keeps a width and scrolls.
         let picture = if self.is_chart { scroll(alt, picture) } else { picture };
-        html! { figure { (picture) figcaption { (caption) } } }
+        html! { figure { (picture) figcaption { (caption) (self.remark) } } }
     }
 }
 

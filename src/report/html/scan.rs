@@ -5,7 +5,7 @@ use super::markup::{cells, pair, pairs, table};
 use super::picture::Picture;
 use crate::number::{fixed, moment, percent, plain, sigma, with_sigma};
 use crate::report::{Chart, ReportError, Series};
-use epirig_data::sequence::{ClosureRecord, ComparisonRecord, Event, ResumedRecord, TimesRecord};
+use epirig_data::sequence::{ClosureRecord, ComparisonRecord, Event, TimesRecord};
 use maud::{Markup, html};
 
 /// Rows of a list of retakes; a scan with more has one fault, which the first of them tell.
@@ -119,14 +119,9 @@ fn brightness(report: &Report<'_>) -> Result<Markup, ReportError> {
 }
 
 fn retakes(report: &Report<'_>) -> Markup {
-    let all: Vec<_> = report
-        .scan
-        .events
-        .iter()
-        .filter_map(|event| match event {
-            Event::Retake(retake) => Some(retake),
-            _ => None,
-        })
+    let events = report.scan.events.iter();
+    let all: Vec<_> = events
+        .filter_map(|event| if let Event::Retake(retake) = event { Some(retake) } else { None })
         .collect();
     if all.is_empty() {
         return html! { p { "No frame was taken again." } };
@@ -144,14 +139,9 @@ fn retakes(report: &Report<'_>) -> Markup {
 }
 
 fn resumed(report: &Report<'_>) -> Markup {
-    let all: Vec<&ResumedRecord> = report
-        .scan
-        .events
-        .iter()
-        .filter_map(|event| match event {
-            Event::Resumed(resumed) => Some(resumed),
-            _ => None,
-        })
+    let events = report.scan.events.iter();
+    let all: Vec<_> = events
+        .filter_map(|event| if let Event::Resumed(resumed) = event { Some(resumed) } else { None })
         .collect();
     if all.is_empty() {
         return html! {};

@@ -3,8 +3,8 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::super::FONT;
 use super::super::axis::round_ticks;
+use super::super::canvas::{Canvas, Drawn, FONT, say};
 
 /// Height of the letters of labels, in px.
 pub(super) const LABEL_PX: u32 = 14;
@@ -12,6 +12,9 @@ pub(super) const LABEL_PX: u32 = 14;
 const TICK_PX: i32 = 5;
 /// Least distance between the ticks of an upright axis, in px.
 const UPRIGHT_PX: u32 = 32;
+
+/// A column and a row.
+pub(super) type Place = (i32, i32);
 
 /// A straight axis of `length_px` from the value at its first pixel to that at its last.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,87 +47,62 @@ pub(super) fn upright_width(scale: &Scale) -> Result<u32, String> {
 /// Width of `text` in letters of this height, in px.
 pub(super) fn width_of(text: &str, size_px: u32) -> Result<u32, String> {
     let font = (FONT, size_px).into_font();
-    Ok(font.box_size(text).map_err(|error| error.to_string())?.0)
+    Ok(font.box_size(text).map_err(say)?.0)
 }
 
-/// A drawing area over pixels of a picture.
-pub(super) struct Sheet<'a> {
-    area: DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>,
+pub(super) fn text(canvas: &Canvas<'_>, text: &str, size_px: u32, place: Place, side: (HPos, VPos)) -> Drawn {
+    let style = TextStyle::from((FONT, size_px)).color(&BLACK).pos(Pos::new(side.0, side.1));
+    canvas.draw_text(text, &style, place).map_err(say)
 }
 
-impl<'a> Sheet<'a> {
-    pub(super) fn over(raw: &'a mut [u8], size: (u32, u32)) -> Self {
-        Self { area: BitMapBackend::with_buffer(raw, size).into_drawing_area() }
-    }
-
-    pub(super) fn text(
-        &self,
-        text: &str,
-        size_px: u32,
-        place: (i32, i32),
-        side: (HPos, VPos),
-    ) -> Result<(), String> {
-        let style = TextStyle::from((FONT, size_px)).color(&BLACK).pos(Pos::new(side.0, side.1));
-        self.area.draw_text(text, &style, place).map_err(say)
-    }
-
-    pub(super) fn line(&self, from: (i32, i32), to: (i32, i32)) -> Result<(), String> {
-        self.area.draw(&PathElement::new(vec![from, to], BLACK)).map_err(say)
-    }
-
-    /// A triangle, or any other polygon, with a thin border.
-    pub(super) fn polygon(&self, corners: &[(i32, i32)], [red, green, blue]: [u8; 3]) -> Result<(), String> {
-        self.area.draw(&Polygon::new(corners.to_vec(), RGBColor(red, green, blue).filled())).map_err(say)?;
-        let around = corners.iter().chain(corners.first()).copied().collect::<Vec<_>>();
-        self.area.draw(&PathElement::new(around, BLACK)).map_err(say)
-    }
-
-    pub(super) fn filled(&self, corners: [(i32, i32); 2], [red, green, blue]: [u8; 3]) -> Result<(), String> {
-        self.area.draw(&Rectangle::new(corners, RGBColor(red, green, blue).filled())).map_err(say)?;
-        self.area.draw(&Rectangle::new(corners, BLACK)).map_err(say)
-    }
-
-    /// Ticks and labels below row `y`, from column `x`.
-    pub(super) fn below(&self, scale: &Scale, (x, y): (i32, i32)) -> Result<(), String> {
-        let widest = [scale.first, scale.last].map(|value| format!("{value:.0}").len()).into_iter().max();
-        // Letters are about 9 px wide; two more for decimals.
-        for (place, label) in scale.ticks(9 * (widest.unwrap_or(1) as u32 + 2) + 16) {
-            let at = x + place.round() as i32;
-            self.line((at, y), (at, y + TICK_PX))?;
-            self.text(&label, LABEL_PX, (at, y + TICK_PX + 2), (HPos::Center, VPos::Top))?;
-        }
-        Ok(())
-    }
-
-    /// Ticks to the left of column `x`, from row `y` down; with labels if wanted.
-    pub(super) fn left(&self, scale: &Scale, (x, y): (i32, i32), labels: bool) -> Result<(), String> {
-        for (place, label) in scale.ticks(UPRIGHT_PX) {
-            let at = y + place.round() as i32;
-            self.line((x - TICK_PX, at), (x, at))?;
-            if labels {
-                self.text(&label, LABEL_PX, (x - TICK_PX - 3, at), (HPos::Right, VPos::Center))?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Ticks and labels to the right of column `x`, from row `y` up.
-    pub(super) fn right(&self, scale: &Scale, (x, y): (i32, i32)) -> Result<(), String> {
-        for (place, label) in scale.ticks(UPRIGHT_PX) {
-            let at = y - place.round() as i32;
-            self.line((x, at), (x + TICK_PX, at))?;
-            self.text(&label, LABEL_PX, (x + TICK_PX + 3, at), (HPos::Left, VPos::Center))?;
-        }
-        Ok(())
-    }
-
-    pub(super) fn finish(self) -> Result<(), String> {
-        self.area.present().map_err(say)
-    }
+pub(super) fn line(canvas: &Canvas<'_>, from: Place, to: Place) -> Drawn {
+    canvas.draw(&PathElement::new(vec![from, to], BLACK)).map_err(say)
 }
 
-fn say(error: impl std::fmt::Display) -> String {
-    error.to_string()
+/// A triangle, or any other polygon, with a thin border.
+pub(super) fn polygon(canvas: &Canvas<'_>, corners: &[Place], [red, green, blue]: [u8; 3]) -> Drawn {
+    canvas.draw(&Polygon::new(corners.to_vec(), RGBColor(red, green, blue).filled())).map_err(say)?;
+    let around = corners.iter().chain(corners.first()).copied().collect::<Vec<_>>();
+    canvas.draw(&PathElement::new(around, BLACK)).map_err(say)
+}
+
+pub(super) fn filled(canvas: &Canvas<'_>, corners: [Place; 2], [red, green, blue]: [u8; 3]) -> Drawn {
+    canvas.draw(&Rectangle::new(corners, RGBColor(red, green, blue).filled())).map_err(say)?;
+    canvas.draw(&Rectangle::new(corners, BLACK)).map_err(say)
+}
+
+/// Ticks and labels below row `y`, from column `x`.
+pub(super) fn ticks_below(canvas: &Canvas<'_>, scale: &Scale, (x, y): Place) -> Drawn {
+    let widest = [scale.first, scale.last].map(|value| format!("{value:.0}").len()).into_iter().max();
+    // Letters are about 9 px wide; two more for decimals.
+    for (place, label) in scale.ticks(9 * (widest.unwrap_or(1) as u32 + 2) + 16) {
+        let at = x + place.round() as i32;
+        line(canvas, (at, y), (at, y + TICK_PX))?;
+        text(canvas, &label, LABEL_PX, (at, y + TICK_PX + 2), (HPos::Center, VPos::Top))?;
+    }
+    Ok(())
+}
+
+/// Ticks to the left of column `x`, from row `y` down; with labels if wanted.
+pub(super) fn ticks_left(canvas: &Canvas<'_>, scale: &Scale, (x, y): Place, labels: bool) -> Drawn {
+    for (place, label) in scale.ticks(UPRIGHT_PX) {
+        let at = y + place.round() as i32;
+        line(canvas, (x - TICK_PX, at), (x, at))?;
+        if labels {
+            text(canvas, &label, LABEL_PX, (x - TICK_PX - 3, at), (HPos::Right, VPos::Center))?;
+        }
+    }
+    Ok(())
+}
+
+/// Ticks and labels to the right of column `x`, from row `y` up.
+pub(super) fn ticks_right(canvas: &Canvas<'_>, scale: &Scale, (x, y): Place) -> Drawn {
+    for (place, label) in scale.ticks(UPRIGHT_PX) {
+        let at = y - place.round() as i32;
+        line(canvas, (x, at), (x + TICK_PX, at))?;
+        text(canvas, &label, LABEL_PX, (x + TICK_PX + 3, at), (HPos::Left, VPos::Center))?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

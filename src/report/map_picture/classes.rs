@@ -4,8 +4,8 @@ use image::RgbImage;
 
 use super::layout::{Key, Layout, Panel};
 use super::window::{Millimetres, Window, Zoom};
-use super::{MOST_PX, ReportError, enlarged, register_font};
-use crate::results::{MapRow, ResultMap};
+use super::{MOST_PX, ReportError, enlarged};
+use crate::results::ResultMap;
 use epirig_core::grid::Grid;
 
 /// Colour of a value that no class has.
@@ -24,9 +24,7 @@ pub fn class_picture(
     values: &Grid<u8>,
     (window, millimetres): (&Window, Option<Millimetres>),
 ) -> Result<RgbImage, ReportError> {
-    register_font();
-    let MapRow { title, .. } = map.row();
-    let classes = map.row().classes();
+    let (title, classes) = (map.row().title, map.row().classes());
     let part = window.of(values);
     let zoom = Zoom::of(part.rows(), part.columns(), MOST_PX);
     // Classes have no mean: of the pixels that become one, the first is taken.
@@ -50,7 +48,7 @@ pub fn class_picture(
     let panel = Panel { name: String::new(), pixels: enlarged(&pixels, zoom.enlarged) };
     let layout = Layout {
         title: title.to_owned(),
-        edges: zoom.edges(window, panel.pixels.dimensions(), millimetres),
+        scales: zoom.scales(window, panel.pixels.dimensions(), millimetres),
         panels: &[panel],
         unit: if millimetres.is_some() { "mm" } else { "px" },
         bar: None,

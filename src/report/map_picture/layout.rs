@@ -4,7 +4,11 @@
 use image::{Rgb, RgbImage};
 use plotters::style::text_anchor::{HPos, VPos};
 
-use super::axes::{LABEL_PX, Scale, Sheet, upright_width, width_of};
+use super::super::canvas::{Canvas, Drawn, drawn_over, use_own_font};
+use super::axes::{
+    LABEL_PX, Place, Scale, filled, line, polygon, text, ticks_below, ticks_left, ticks_right, upright_width,
+    width_of,
+};
 
 const TITLE_PX: u32 = 19;
 /// Room above the panels: for the title, and for their names.
@@ -54,21 +58,20 @@ pub(super) struct Key {
 pub(super) struct Layout<'a> {
     pub(super) title: String,
     pub(super) panels: &'a [Panel],
-    /// Places of the edges of a panel's first and last pixel, along x and y.
-    pub(super) edges: [(f64, f64); 2],
-    /// Unit of the places.
+    /// Scales of each panel, along x and y.
+    pub(super) scales: [Scale; 2],
     pub(super) unit: &'a str,
     pub(super) bar: Option<Bar>,
     pub(super) legend: &'a [Key],
 }
 
 impl Layout<'_> {
-    /// Draws all.
     pub(super) fn picture(&self) -> Result<RgbImage, String> {
+        use_own_font();
         let (width, height) = self.panels.first().map_or((1, 1), |panel| panel.pixels.dimensions());
         let panels = self.panels.len() as u32;
         let body = height.max(if self.bar.is_some() { LEAST_BODY } else { 0 });
-        let left_of_panels = MARGIN + upright_width(&scale(self.edges[1], height))?.max(LEAST_LEFT);
+        let left_of_panels = MARGIN + upright_width(&self.scales[1])?.max(LEAST_LEFT);
         let left = |index: u32| left_of_panels + index * (width + GAP);
         let right_of_panels = left_of_panels + panels * width + panels.saturating_sub(1) * GAP;
         let mut needed = right_of_panels + MARGIN + GAP / 2;
@@ -84,8 +87,8 @@ impl Layout<'_> {
         }
         let lines = self.legend_lines(needed - 2 * MARGIN)?;
         let legend = if lines.is_empty() { 0 } else { lines.len() as u32 * LINE + MARGIN / 2 };
-        let full = (needed, ABOVE + body + BELOW + legend);
-        let mut sheet = RgbImage::from_pixel(full.0, full.1, Rgb([255, 255, 255]));
+        let full_height = ABOVE + body + BELOW + legend;
+        let mut sheet = RgbImage::from_pixel(needed, full_height, Rgb([255, 255, 255]));
         for (index, panel) in (0..).zip(self.panels) {
             image::imageops::replace(&mut sheet, &panel.pixels, i64::from(left(index)), i64::from(ABOVE));
         }
@@ -93,31 +96,29 @@ impl Layout<'_> {
         if let Some(bar) = &self.bar {
             bar.fill(&mut sheet, bar_left, ABOVE + END, body - 2 * END);
         }
-        let mut raw = sheet.into_raw();
-        let sheet = Sheet::over(&mut raw, full);
-        sheet.text(&self.title, TITLE_PX, (MARGIN as i32, 8), (HPos::Left, VPos::Top))?;
-        for (index, panel) in (0..).zip(self.panels) {
-            self.axes(&sheet, panel, left(index), index == 0)?;
-        }
-        if let Some(bar) = &self.bar {
-            bar.draw(&sheet, bar_left as i32, (ABOVE + END) as i32, (body - 2 * END) as i32)?;
-        }
-        for (line, keys) in (0..).zip(&lines) {
-            let mut x = MARGIN as i32;
-            let middle = (ABOVE + body + BELOW + line * LINE + LINE / 2) as i32;
-            for key in keys {
-                key.draw(&sheet, (x, middle))?;
-                x += (key.width()? + GAP / 2) as i32;
+        drawn_over(sheet, |canvas| {
+            text(canvas, &self.title, TITLE_PX, (MARGIN as i32, 8), (HPos::Left, VPos::Top))?;
+            for (index, panel) in (0..).zip(self.panels) {
+                self.axes(canvas, panel, left(index), index == 0)?;
             }
-        }
-        sheet.finish()?;
-        RgbImage::from_raw(full.0, full.1, raw).ok_or_else(|| "its size is wrong".to_owned())
+            if let Some(bar) = &self.bar {
+                bar.draw(canvas, bar_left as i32, (ABOVE + END) as i32, (body - 2 * END) as i32)?;
+            }
+            for (line, keys) in (0..).zip(&lines) {
+                let mut x = MARGIN as i32;
+                let middle = (ABOVE + body + BELOW + line * LINE + LINE / 2) as i32;
+                for key in keys {
+                    key.draw(canvas, (x, middle))?;
+                    x += (key.width()? + GAP / 2) as i32;
+                }
+            }
+            Ok(())
+        })
     }
 
     /// Border, ticks and names of a panel whose left edge is at column `left`.
-    fn axes(&self, sheet: &Sheet<'_>, panel: &Panel, left: u32, first: bool) -> Result<(), String> {
+    fn axes(&self, canvas: &Canvas<'_>, panel: &Panel, left: u32, first: bool) -> Drawn {
         let (width, height) = panel.pixels.dimensions();
-        let [along_x, along_y] = self.edges;
         let (x, y) = (left as i32, ABOVE as i32);
         let (right, bottom) = (x + width as i32, y + height as i32);
         for (from, to) in [
@@ -126,17 +127,17 @@ impl Layout<'_> {
             ((x - 1, y - 1), (x - 1, bottom)),
             ((right, y - 1), (right, bottom)),
         ] {
-            sheet.line(from, to)?;
+            line(canvas, from, to)?;
         }
-        sheet.below(&scale(along_x, width), (x, bottom))?;
-        sheet.left(&scale(along_y, height), (x - 1, y), first)?;
+        ticks_below(canvas, &self.scales[0], (x, bottom))?;
+        ticks_left(canvas, &self.scales[1], (x - 1, y), first)?;
         if first {
             let name = format!("y ({})", self.unit);
-            sheet.text(&name, LABEL_PX, (MARGIN as i32, y - 8), (HPos::Left, VPos::Bottom))?;
+            text(canvas, &name, LABEL_PX, (MARGIN as i32, y - 8), (HPos::Left, VPos::Bottom))?;
         }
         let name = format!("x ({})", self.unit);
-        sheet.text(&name, LABEL_PX, (x, bottom + 24), (HPos::Left, VPos::Top))?;
-        sheet.text(&panel.name, LABEL_PX, (x + NAME, y - 8), (HPos::Left, VPos::Bottom))
+        text(canvas, &name, LABEL_PX, (x, bottom + 24), (HPos::Left, VPos::Top))?;
+        text(canvas, &panel.name, LABEL_PX, (x + NAME, y - 8), (HPos::Left, VPos::Bottom))
     }
 
     /// The entries in lines of at most this width.
@@ -156,10 +157,6 @@ impl Layout<'_> {
     }
 }
 
-fn scale((first, last): (f64, f64), length_px: u32) -> Scale {
-    Scale { first, last, length_px }
-}
-
 impl Key {
     fn sample(&self) -> u32 {
         if self.colour.is_some() { SAMPLE + 6 } else { 0 }
@@ -169,18 +166,18 @@ impl Key {
         Ok(self.sample() + width_of(&self.name, LABEL_PX)?)
     }
 
-    fn draw(&self, sheet: &Sheet<'_>, (x, middle): (i32, i32)) -> Result<(), String> {
+    fn draw(&self, canvas: &Canvas<'_>, (x, middle): Place) -> Drawn {
         if let Some(colour) = self.colour {
             let half = SAMPLE as i32 / 2;
-            sheet.filled([(x, middle - half), (x + SAMPLE as i32, middle + half)], colour)?;
+            filled(canvas, [(x, middle - half), (x + SAMPLE as i32, middle + half)], colour)?;
         }
-        sheet.text(&self.name, LABEL_PX, (x + self.sample() as i32, middle), (HPos::Left, VPos::Center))
+        text(canvas, &self.name, LABEL_PX, (x + self.sample() as i32, middle), (HPos::Left, VPos::Center))
     }
 }
 
 impl Bar {
     fn scale(&self, length_px: u32) -> Scale {
-        scale((self.low.into(), self.high.into()), length_px)
+        Scale { first: self.low.into(), last: self.high.into(), length_px }
     }
 
     fn fill(&self, sheet: &mut RgbImage, left: u32, top: u32, height: u32) {
@@ -191,20 +188,20 @@ impl Bar {
     }
 
     /// Border, ticks, and a triangle at each end that values lie beyond.
-    fn draw(&self, sheet: &Sheet<'_>, left: i32, top: i32, height: i32) -> Result<(), String> {
+    fn draw(&self, canvas: &Canvas<'_>, left: i32, top: i32, height: i32) -> Drawn {
         let (right, bottom) = (left + BAR as i32, top + height);
         let middle = left + BAR as i32 / 2;
         for x in [left - 1, right] {
-            sheet.line((x, top), (x, bottom))?;
+            line(canvas, (x, top), (x, bottom))?;
         }
         let ends = [(bottom, bottom + END as i32 - 1, 0.0), (top - 1, top - END as i32, 1.0)];
         for ((base, tip, share), beyond) in ends.into_iter().zip(self.beyond) {
             if beyond {
-                sheet.polygon(&[(left - 1, base), (right, base), (middle, tip)], (self.colour)(share))?;
+                polygon(canvas, &[(left - 1, base), (right, base), (middle, tip)], (self.colour)(share))?;
             } else {
-                sheet.line((left - 1, base), (right, base))?;
+                line(canvas, (left - 1, base), (right, base))?;
             }
         }
-        sheet.right(&self.scale(height as u32), (right + 1, bottom - 1))
+        ticks_right(canvas, &self.scale(height as u32), (right + 1, bottom - 1))
     }
 }

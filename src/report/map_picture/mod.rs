@@ -11,7 +11,7 @@ mod window;
 use image::{Rgb, RgbImage};
 use rayon::prelude::*;
 
-use super::{ReportError, register_font};
+use super::ReportError;
 use crate::results::{Look, ResultMap};
 pub use classes::class_picture;
 use epirig_core::grid::Grid;
@@ -141,7 +141,6 @@ impl<'a> MapPicture<'a> {
     /// # Errors
     /// [`ReportError`] if the text cannot be drawn.
     pub fn picture(&self) -> Result<RgbImage, ReportError> {
-        register_font();
         let zoom = self.zoom();
         let map = reduced(&self.window.of(self.map), zoom.reduced);
         let known = any(&map, f32::is_finite);
@@ -168,7 +167,7 @@ impl<'a> MapPicture<'a> {
                 unit => format!("{} ({unit})", self.title),
             },
             panels: &panels,
-            edges: zoom.edges(&self.window, size, self.millimetres),
+            scales: zoom.scales(&self.window, size, self.millimetres),
             unit: if self.millimetres.is_some() { "mm" } else { "px" },
             bar,
             legend: &self.legend(&part, known),
@@ -177,28 +176,21 @@ impl<'a> MapPicture<'a> {
     }
 
     fn coloured(&self, map: &Grid<f32>) -> Grid<[u8; 3]> {
-        let colours = map.map(|value| colour(value, self.range, self.shade));
-        if !self.relief {
-            return colours;
+        let mut colours = map.map(|value| colour(value, self.range, self.shade));
+        if self.relief {
+            let light = relief(map, self.range);
+            let places = colours.values_mut().iter_mut().zip(light.values());
+            places.for_each(|(colour, &light)| *colour = lit(*colour, light));
         }
-        let light = relief(map, self.range);
-        let mut lighted = colours;
-        let places = lighted.values_mut().iter_mut().zip(light.values()).zip(map.values());
-        for ((colour, &light), value) in places {
-            if value.is_finite() {
-                *colour = lit(*colour, light);
-            }
-        }
-        lighted
+        colours
     }
 
     fn legend(&self, part: &Grid<f32>, known: bool) -> Vec<Key> {
         let remark = |name: String| Key { colour: None, name };
-        let mut keys = Vec::new();
         if !known {
-            keys.push(Key { colour: Some(UNKNOWN), name: "no pixel has an answer".to_owned() });
-            return keys;
+            return vec![Key { colour: Some(UNKNOWN), name: "no pixel has an answer".to_owned() }];
         }
+        let mut keys = Vec::new();
         if any(part, f32::is_nan) {
             keys.push(Key { colour: Some(UNKNOWN), name: "no answer".to_owned() });
         }

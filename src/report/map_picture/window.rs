@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::axes::Scale;
 use epirig_core::grid::Grid;
 use epirig_core::image::reduced_known;
 use epirig_surface::{Geometry, Heights};
@@ -91,21 +92,20 @@ impl Zoom {
         Self { reduced: longer.div_ceil(most_px.max(1)).max(1), enlarged: wanted.max(1) }
     }
 
-    /// Places of the first and the last pixel of a picture of this width and height, along x and y: in mm if it is
-    /// known where these lie, else in px.
-    pub(super) fn edges(
+    /// Scales along x and y of a picture of this width and height: in mm if it is known where pixels lie, else in px.
+    pub(super) fn scales(
         &self,
         window: &Window,
         (width, height): (u32, u32),
         millimetres: Option<Millimetres>,
-    ) -> [(f64, f64); 2] {
+    ) -> [Scale; 2] {
         let scale = self.enlarged as f64 / self.reduced as f64;
         let Millimetres { pixel_mm: unit, origin_px } =
             millimetres.unwrap_or(Millimetres { pixel_mm: 1.0, origin_px: (0.0, 0.0) });
-        let along = |first: usize, length: u32, origin: f64| {
+        let along = |first: usize, length_px: u32, origin: f64| {
             // A map pixel reaches half a pixel to both sides of its column.
             let place = |pixel: f64| (first as f64 - 0.5 + (pixel + 0.5) / scale - origin) * unit;
-            (place(0.0), place(f64::from(length) - 1.0))
+            Scale { first: place(0.0), last: place(f64::from(length_px) - 1.0), length_px }
         };
         [along(window.columns.start, width, origin_px.0), along(window.rows.start, height, origin_px.1)]
     }
@@ -147,13 +147,16 @@ mod tests {
         // Columns 10 to 13 in squares of 4: the first pixel lies 3/8 of a map pixel left of column 10.
         let zoom = Zoom { reduced: 1, enlarged: 4 };
         let window = Window { columns: 10..14, rows: 0..2 };
-        assert_eq!(zoom.edges(&window, (16, 8), None), [(9.625, 13.375), (-0.375, 1.375)]);
+        let edges = |zoom: Zoom, size, millimetres| {
+            zoom.scales(&window, size, millimetres).map(|scale| (scale.first, scale.last))
+        };
+        assert_eq!(edges(zoom, (16, 8), None), [(9.625, 13.375), (-0.375, 1.375)]);
         // Means of 2 x 2: the first lies between columns 10 and 11.
         let zoom = Zoom { reduced: 2, enlarged: 1 };
         let millimetres = Millimetres { pixel_mm: 0.5, origin_px: (0.0, 0.0) };
-        assert_eq!(zoom.edges(&window, (2, 1), Some(millimetres)), [(5.25, 6.25), (0.25, 0.25)]);
+        assert_eq!(edges(zoom, (2, 1), Some(millimetres)), [(5.25, 6.25), (0.25, 0.25)]);
         // As in the viewer: (column - 12) x 0.5 mm, (row - 3) x 0.5 mm.
         let millimetres = Millimetres { origin_px: (12.0, 3.0), ..millimetres };
-        assert_eq!(zoom.edges(&window, (2, 1), Some(millimetres)), [(-0.75, 0.25), (-1.25, -1.25)]);
+        assert_eq!(edges(zoom, (2, 1), Some(millimetres)), [(-0.75, 0.25), (-1.25, -1.25)]);
     }
 }
