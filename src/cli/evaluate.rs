@@ -12,7 +12,7 @@ use super::scan_end::{AnywayArgument, tell_results};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
 use crate::pipeline::{Frames, OpenedResults, load, match_need, open_results};
-use crate::results::{Region, read_named_map};
+use crate::results::{Region, read_map};
 use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::evaluate::{
@@ -95,7 +95,7 @@ impl Evaluate {
         if let Some(words) = sequence.end_in_words() {
             talk.say(&format!("note: {words}"));
         }
-        let mut truth = read_named_map(truth_file)?;
+        let mut truth = read_map(truth_file)?;
         let region = self.region.region(disparity.rows(), disparity.columns(), talk)?;
         if let Some(inside) = region.inside(disparity.rows(), disparity.columns()) {
             // What has no truth is not compared.

@@ -101,24 +101,21 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
         None => None,
         Some(hash) => match read_calibration(sequence)? {
             Some(found) if found.0.hash() == *hash => Some(found),
-            _ => return Err(ResultsMismatch::OtherCalibration { sequence: sequence_folder }.into()),
+            _ => return Err(ResultsMismatch::OtherCalibration(sequence_folder).into()),
         },
     };
     if matched.frames_blake3 != InputHashes::of(sequence).frames {
-        return Err(ResultsMismatch::OtherFrames { sequence: sequence_folder }.into());
+        return Err(ResultsMismatch::OtherFrames(sequence_folder).into());
     }
     let map = |map| files.needed_map(map);
     let (disparity, sigma) = rayon::join(|| map(ResultMap::Disparity), || map(ResultMap::Sigma));
     let (disparity, sigma) = (disparity?, sigma?);
-    let (rows, columns) = (disparity.rows(), disparity.columns());
-    let record = sequence.record();
-    let (frame_rows, frame_columns) =
-        calibration.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
-            (calibration.mapping.camera.rows, calibration.mapping.camera.columns)
-        });
-    if (rows, columns) != (frame_rows, frame_columns) {
-        let mismatch = ResultsMismatch::FrameSize { results, rows, columns, frame_rows, frame_columns };
-        return Err(mismatch.into());
+    let (maps, record) = ((disparity.rows(), disparity.columns()), sequence.record());
+    let frames = calibration.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
+        (calibration.mapping.camera.rows, calibration.mapping.camera.columns)
+    });
+    if maps != frames {
+        return Err(ResultsMismatch::FrameSize { results, maps, frames }.into());
     }
     let (reference, frames) = (matched.reference, sequence.frames().len());
     if reference >= frames {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::read::read_results_record;
+use super::read::{parsed, record_bytes};
 use super::{ResultsError, ResultsKind};
 use crate::number::{ascii, percent, plain, sigma, with_interval};
 use epirig_surface::{Combined, ScaleSigma};
@@ -31,17 +31,38 @@ impl Conclusion {
         scale: ScaleSigma,
         planned_mm: Option<f64>,
     ) -> Self {
-        match step {
-            Ok((raised, depth_mm, combined)) => {
-                let named = if raised { ("raised parts", "high") } else { ("hollows", "deep") };
-                depth(named, (depth_mm, combined), scale, planned_mm)
-            }
+        let without_depth = |sentence| Self { sentence, depth: None, planned_mm, as_planned: None };
+        let (raised, depth_mm, combined) = match step {
+            Ok(step) => step,
             Err(reason) => {
                 let planned = planned_mm.map_or(String::new(), |mm| format!(" (planned: {mm} mm)"));
-                let sentence = format!("no step height{planned}: {reason}");
-                Self { sentence, depth: None, planned_mm, as_planned: None }
+                return without_depth(format!("no step height{planned}: {reason}"));
             }
+        };
+        let (what, how) = if raised { ("raised parts", "high") } else { ("hollows", "deep") };
+        let Some(Combined { half_width_95_mm, .. }) = combined else {
+            return without_depth(format!(
+                "{what} {} {how}; how well that is known cannot be said, as too few parts of the field are independent",
+                ascii(&plain(depth_mm, "mm"))
+            ));
+        };
+        let exact =
+            scale.taken_as_exact().map_or(String::new(), |factors| format!(", {factors} taken as exact"));
+        let value = ascii(&with_interval(depth_mm, Some(half_width_95_mm), "mm"));
+        let mut sentence = format!("{what} {value} {how} (95 % coverage{exact})");
+        let more_mm = planned_mm.map(|planned_mm| depth_mm - planned_mm);
+        let as_planned = more_mm.map(|more_mm| more_mm.abs() <= half_width_95_mm);
+        if let (Some(planned_mm), Some(more_mm)) = (planned_mm, more_mm) {
+            sentence += &match as_planned {
+                Some(true) => format!(", as planned: {planned_mm} mm lies within the interval"),
+                _ => format!(
+                    ", not as planned: {} {} than {planned_mm} mm",
+                    sigma(more_mm.abs(), "mm"),
+                    if more_mm > 0.0 { "more" } else { "less" },
+                ),
+            };
         }
+        Self { sentence, depth: Some(value), planned_mm, as_planned }
     }
 }
 
@@ -62,45 +83,8 @@ pub fn read_conclusion(folder: &Path) -> Result<Conclusion, ResultsError> {
     struct Surface {
         conclusion: Conclusion,
     }
-    Ok(read_results_record::<Surface>(folder, ResultsKind::Surface)?.conclusion)
-}
-
-/// A depth with its 95 % interval, in mm, against the planned one.
-fn depth(
-    (what, how): (&str, &str),
-    (depth_mm, combined): (f64, Option<Combined>),
-    scale: ScaleSigma,
-    planned_mm: Option<f64>,
-) -> Conclusion {
-    let Some(Combined { half_width_95_mm, .. }) = combined else {
-        let sentence = format!(
-            "{what} {} {how}; how well that is known cannot be said, as too few parts of the field are independent",
-            ascii(&plain(depth_mm, "mm"))
-        );
-        return Conclusion { sentence, depth: None, planned_mm, as_planned: None };
-    };
-    let exact = scale.taken_as_exact().map_or(String::new(), |factors| format!(", {factors} taken as exact"));
-    let value = ascii(&with_interval(depth_mm, Some(half_width_95_mm), "mm"));
-    let measured = format!("{what} {value} {how} (95 % coverage{exact})");
-    let Some(planned_mm) = planned_mm else {
-        return Conclusion { sentence: measured, depth: Some(value), planned_mm: None, as_planned: None };
-    };
-    let more_mm = depth_mm - planned_mm;
-    let as_planned = more_mm.abs() <= half_width_95_mm;
-    let compared = match as_planned {
-        true => format!("as planned: {planned_mm} mm lies within the interval"),
-        false => format!(
-            "not as planned: {} {} than {planned_mm} mm",
-            sigma(more_mm.abs(), "mm"),
-            if more_mm > 0.0 { "more" } else { "less" },
-        ),
-    };
-    Conclusion {
-        sentence: format!("{measured}, {compared}"),
-        depth: Some(value),
-        planned_mm: Some(planned_mm),
-        as_planned: Some(as_planned),
-    }
+    let kind = ResultsKind::Surface;
+    Ok(parsed::<Surface>(folder, kind, record_bytes(folder, kind)?)?.conclusion)
 }
 
 #[cfg(test)]
@@ -116,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_depth_is_compared_with_its_interval() {
-        let of = |half_width, planned_mm| depth(("hollows", "deep"), (0.2003, half_width), KNOWN, planned_mm);
+        let of = |half_width, planned_mm| Conclusion::of(Ok((false, 0.2003, half_width)), KNOWN, planned_mm);
         let found = of(with(0.0012), Some(0.2));
         assert_eq!(
             found.sentence,
@@ -137,7 +121,7 @@ mod tests {
                 && unknown.as_planned.is_none()
                 && unknown.depth.is_none()
         );
-        let raised = depth(("raised parts", "high"), (0.2, with(0.01)), KNOWN, None);
+        let raised = Conclusion::of(Ok((true, 0.2, with(0.01))), KNOWN, None);
         assert_eq!(raised.sentence, "raised parts 0.200 mm +- 0.010 mm high (95 % coverage)");
         assert_eq!((raised.planned_mm, raised.as_planned), (None, None));
     }
@@ -146,7 +130,7 @@ mod tests {
     fn what_counts_as_exact_is_named() {
         let of = |focal_length, baseline| {
             let scale = ScaleSigma { focal_length, baseline };
-            depth(("hollows", "deep"), (0.2, with(0.001)), scale, None).sentence
+            Conclusion::of(Ok((false, 0.2, with(0.001))), scale, None).sentence
         };
         let exact = |factors: &str| format!("hollows 0.2000 mm +- 0.0010 mm deep (95 % coverage{factors})");
         assert_eq!(of(Some(0.02), Some(1e-4)), exact(""));

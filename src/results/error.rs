@@ -1,6 +1,6 @@
 //! Errors of results.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -14,11 +14,8 @@ use epirig_data::storage::{ReadError, is_in_place};
 #[non_exhaustive]
 pub enum ResultsError {
     /// The folder holds results already.
-    #[error("{} holds results already; add --overwrite to replace them, or choose another folder with --out", path.display())]
-    Exists {
-        /// The folder.
-        path: PathBuf,
-    },
+    #[error("{} holds results already; add --overwrite to replace them, or choose another folder with --out", .0.display())]
+    Exists(PathBuf),
     /// The folder holds something that is not a result.
     #[error("{} holds {name}, which is not a result of this program, so it is not replaced; choose another folder with --out", path.display())]
     Foreign {
@@ -52,29 +49,17 @@ pub enum ResultsError {
         kind: ResultsKind,
     },
     /// There is a link where a folder should be.
-    #[error("{} is a link; give the folder that it points to, with --out", path.display())]
-    Link {
-        /// The link.
-        path: PathBuf,
-    },
+    #[error("{} is a link; give the folder that it points to, with --out", .0.display())]
+    Link(PathBuf),
     /// There is a file where a folder should be.
-    #[error("{} is not a folder; choose another folder with --out", path.display())]
-    NotAFolder {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} is not a folder; choose another folder with --out", .0.display())]
+    NotAFolder(PathBuf),
     /// A path without a name of its own.
-    #[error("{} cannot be replaced as a whole; give the folder by its name, with --out", path.display())]
-    NoName {
-        /// The path as given.
-        path: PathBuf,
-    },
+    #[error("{} cannot be replaced as a whole; give the folder by its name, with --out", .0.display())]
+    NoName(PathBuf),
     /// Another program writes there.
-    #[error("{} is being written by another epirig; wait until it has ended", path.display())]
-    Busy {
-        /// The temporary folder.
-        path: PathBuf,
-    },
+    #[error("{} is being written by another epirig; wait until it has ended", .0.display())]
+    Busy(PathBuf),
     /// A file cannot be read, or is not of the right kind.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -97,11 +82,8 @@ pub enum ResultsError {
         source: FormatError,
     },
     /// A file whose extension is unknown.
-    #[error("{} has an unknown extension; maps have .pfm, .tiff or .npy", path.display())]
-    UnknownFormat {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} has an unknown extension; maps have .pfm, .tiff or .npy", .0.display())]
+    UnknownFormat(PathBuf),
     /// A record that is invalid.
     #[error("{}: {reason}; run `epirig {} --overwrite` again", path.display(), kind.verb())]
     BadSummary {
@@ -144,21 +126,29 @@ pub enum ResultsError {
 impl Fault for ResultsError {
     fn blame(&self) -> Blame {
         match self {
-            Self::Exists { .. }
+            Self::Exists(_)
             | Self::Foreign { .. }
             | Self::OtherResults { .. }
             | Self::NoSummary { .. }
-            | Self::Link { .. }
-            | Self::NotAFolder { .. }
-            | Self::NoName { .. }
-            | Self::UnknownFormat { .. }
+            | Self::Link(_)
+            | Self::NotAFolder(_)
+            | Self::NoName(_)
+            | Self::UnknownFormat(_)
             | Self::Format { source: FormatError::Unsuitable { .. }, .. } => Blame::Request,
             Self::Format { .. } | Self::BadSummary { .. } | Self::Changed { .. } | Self::Missing { .. } => {
                 Blame::Data
             }
             Self::Read(error) => error.blame(),
-            Self::Busy { .. } | Self::Io { .. } | Self::Picture { .. } => Blame::System,
+            Self::Busy(_) | Self::Io { .. } | Self::Picture { .. } => Blame::System,
         }
+    }
+}
+
+impl ResultsError {
+    /// What the operating system refused to do with `path`.
+    pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |source| Self::Io { action, path, source }
     }
 }
 

@@ -95,8 +95,7 @@ impl ResultFiles {
     pub fn surface(&self) -> Result<Option<Self>, ResultsError> {
         let (folder, kind) = (self.folder.join("surface"), ResultsKind::Surface);
         let path = folder.join(kind.summary());
-        let io = |source| ResultsError::Io { action: "look at", path: path.clone(), source };
-        if !is_there(&path).map_err(io)? {
+        if !is_there(&path).map_err(ResultsError::io("look at", &path))? {
             return Ok(None);
         }
         let (surface, bound) = Self::of(&folder, kind, record_bytes(&folder, kind)?)?;

@@ -23,38 +23,28 @@ pub enum ResultsMismatch {
     },
     /// The calibration is not the one that the results were made with.
     #[error(
-        "{0} was calibrated again after it was matched; run `epirig match {0} --overwrite` again",
-        quoted(sequence)
+        "{sequence} was calibrated again after it was matched; run `epirig match {sequence} --overwrite` again",
+        sequence = quoted(.0)
     )]
-    OtherCalibration {
-        /// The folder of the sequence.
-        sequence: PathBuf,
-    },
+    OtherCalibration(PathBuf),
     /// The frames are not those that were matched.
     #[error(
-        "frames of {0} were taken after it was matched; run `epirig match {0} --overwrite` again",
-        quoted(sequence)
+        "frames of {sequence} were taken after it was matched; run `epirig match {sequence} --overwrite` again",
+        sequence = quoted(.0)
     )]
-    OtherFrames {
-        /// The folder of the sequence.
-        sequence: PathBuf,
-    },
+    OtherFrames(PathBuf),
     /// Maps of another size than the frames.
     #[error(
-        "{}: the maps have {columns} x {rows} px, the matched frames {frame_columns} x {frame_rows}; match the sequence again",
-        results.display()
+        "{}: the maps have {} x {} px, the matched frames {} x {}; match the sequence again",
+        results.display(), maps.1, maps.0, frames.1, frames.0
     )]
     FrameSize {
         /// The folder of the results.
         results: PathBuf,
-        /// Rows of the maps.
-        rows: usize,
-        /// Columns of the maps.
-        columns: usize,
-        /// Rows of the frames.
-        frame_rows: usize,
-        /// Columns of the frames.
-        frame_columns: usize,
+        /// Rows and columns of the maps.
+        maps: (usize, usize),
+        /// Rows and columns of the frames.
+        frames: (usize, usize),
     },
     /// There is no such reference frame.
     #[error(

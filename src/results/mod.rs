@@ -24,7 +24,7 @@ pub use files::{CompareFacts, ResultFiles};
 pub use kind::ResultsKind;
 pub use maps::{Look, MapRow, ResultMap};
 pub use mismatch::ResultsMismatch;
-pub use read::{read_map, read_named_map, read_summary, results_beside};
+pub use read::{read_map, results_beside};
 pub use region::{Mask, MaskError, MaskFacts, Region, parse_mask, read_mask};
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture};

@@ -14,18 +14,13 @@ use epirig_data::storage::{is_in_the_making, is_of_the_system, is_scratch, is_wr
 /// Refuses `target`, unless it does not exist, is an empty folder, or holds results of the same kind that may
 /// be replaced. Leftovers of killed programs and files of the system are ignored.
 pub(super) fn check_target(target: &Path, kind: ResultsKind, overwrite: bool) -> Result<(), ResultsError> {
-    let io = |source| ResultsError::Io { action: "look into", path: target.to_owned(), source };
     match fs::symlink_metadata(target) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         // A path below a file fails when the folder is created, with an error that names the file.
         Err(error) if error.kind() == ErrorKind::NotADirectory => return Ok(()),
-        Err(error) => return Err(io(error)),
-        Ok(metadata) if metadata.is_symlink() => {
-            return Err(ResultsError::Link { path: target.to_owned() });
-        }
-        Ok(metadata) if !metadata.is_dir() => {
-            return Err(ResultsError::NotAFolder { path: target.to_owned() });
-        }
+        Err(error) => return Err(ResultsError::io("look into", target)(error)),
+        Ok(metadata) if metadata.is_symlink() => return Err(ResultsError::Link(target.to_owned())),
+        Ok(metadata) if !metadata.is_dir() => return Err(ResultsError::NotAFolder(target.to_owned())),
         Ok(_) => {}
     }
     let there = |name: &str| fs::symlink_metadata(target.join(name)).is_ok_and(|found| found.is_file());
@@ -53,7 +48,7 @@ pub(super) fn check_target(target: &Path, kind: ResultsKind, overwrite: bool) ->
         }
     }
     match occupied {
-        true if !overwrite => Err(ResultsError::Exists { path: target.to_owned() }),
+        true if !overwrite => Err(ResultsError::Exists(target.to_owned())),
         true if !there(kind.summary()) => Err(ResultsError::NoSummary { path: target.to_owned(), kind }),
         _ => Ok(()),
     }
@@ -73,14 +68,14 @@ fn has(kind: ResultsKind, name: &str) -> bool {
 
 /// Sorted names in a folder, each with whether it is a folder; without leftovers and files of the system.
 fn entries(folder: &Path) -> Result<Vec<(String, bool)>, ResultsError> {
-    let io = |source| ResultsError::Io { action: "look into", path: folder.to_owned(), source };
+    let io = |source| ResultsError::io("look into", folder)(source);
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).map_err(io)? {
         let entry = entry.map_err(io)?;
         let name = entry.file_name();
         if is_scratch(&name) {
             if is_writing(&entry.path()) {
-                return Err(ResultsError::Busy { path: entry.path() });
+                return Err(ResultsError::Busy(entry.path()));
             }
             continue;
         }

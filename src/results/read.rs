@@ -10,27 +10,20 @@ use epirig_core::choice::Choice as _;
 use epirig_core::grid::{Grid, MOST_PIXELS};
 use epirig_data::formats::MapFormat;
 use epirig_data::storage::{
-    LARGEST_RECORD, ReadError, RealDisk, RecordError, is_scratch, read_file, read_named, record_in, recover,
+    LARGEST_RECORD, RealDisk, RecordError, is_scratch, read_file, read_named, record_in, recover,
 };
 use epirig_matcher::{LARGEST_WINDOW_PX, Validity};
 
 /// Size of the largest map as uncompressed 64 bit numbers, in bytes.
 pub(super) const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);
 
-/// Reads a map; the extension of the file gives its format.
+/// Reads a map that a person names, which may also be a pipe; the extension of the file gives its format.
 ///
 /// # Errors
 /// [`ResultsError`] if the file cannot be read, or is not a map.
 pub fn read_map(path: &Path) -> Result<Grid<f32>, ResultsError> {
-    read_decoded(path, read_file)
-}
-
-/// Reads a map that an option names, which may also be a pipe.
-///
-/// # Errors
-/// As [`read_map`].
-pub fn read_named_map(path: &Path) -> Result<Grid<f32>, ResultsError> {
-    read_decoded(path, read_named)
+    format_of(path)?;
+    decoded(path, &read_named(path, LARGEST_MAP)?)
 }
 
 /// Names of the folders in the folder of a sequence that hold results of `epirig match`, sorted.
@@ -44,17 +37,10 @@ pub fn results_beside(sequence: &Path) -> Vec<String> {
     names
 }
 
-fn read_decoded(
-    path: &Path,
-    read: fn(&Path, u64) -> Result<Vec<u8>, ReadError>,
-) -> Result<Grid<f32>, ResultsError> {
-    format_of(path)?;
-    decoded(path, &read(path, LARGEST_MAP)?)
-}
-
-fn format_of(path: &Path) -> Result<MapFormat, ResultsError> {
+/// The format that the extension of a file gives.
+pub(super) fn format_of(path: &Path) -> Result<MapFormat, ResultsError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
-    MapFormat::from_extension(&extension).ok_or_else(|| ResultsError::UnknownFormat { path: path.to_owned() })
+    MapFormat::from_extension(&extension).ok_or_else(|| ResultsError::UnknownFormat(path.to_owned()))
 }
 
 /// The map in the bytes of the file `path`.
@@ -75,23 +61,11 @@ pub(super) fn grey(path: &Path, bytes: &[u8]) -> Result<Grid<u8>, ResultsError> 
     Grid::from_values(rows, columns, grey.into_raw()).ok_or_else(|| wrong("its size is wrong".to_owned()))
 }
 
-/// Reads the record of the results of this kind in `folder`.
-pub(super) fn read_results_record<T: DeserializeOwned>(
-    folder: &Path,
-    kind: ResultsKind,
-) -> Result<T, ResultsError> {
-    parsed(folder, kind, record_bytes(folder, kind)?)
-}
-
-/// The bytes of that record. Other results may take the place of these at any time: all that is to be known of the
-/// record comes from one reading.
+/// The bytes of the record of the results of this kind in `folder`. Other results may take the place of these
+/// at any time: all that is to be known of the record comes from one reading.
 pub(super) fn record_bytes(folder: &Path, kind: ResultsKind) -> Result<Vec<u8>, ResultsError> {
     // A killed program may have left the results set aside.
-    recover(&mut RealDisk, folder).map_err(|source| ResultsError::Io {
-        action: "bring back",
-        path: folder.to_owned(),
-        source,
-    })?;
+    recover(&mut RealDisk, folder).map_err(ResultsError::io("bring back", folder))?;
     Ok(read_file(&folder.join(kind.summary()), LARGEST_RECORD)?)
 }
 
@@ -111,15 +85,7 @@ pub(super) fn parsed<T: DeserializeOwned>(
     })
 }
 
-/// Reads `match.json` of a folder of results.
-///
-/// # Errors
-/// [`ResultsError`] if it is missing, has another version or is invalid.
-pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
-    summary_in(folder, record_bytes(folder, ResultsKind::Match)?)
-}
-
-/// The same of the bytes of `match.json`.
+/// What the bytes of `match.json` in `folder` say.
 pub(super) fn summary_in(folder: &Path, bytes: Vec<u8>) -> Result<MatchSummary, ResultsError> {
     let kind = ResultsKind::Match;
     let summary: MatchSummary = parsed(folder, kind, bytes)?;

@@ -30,7 +30,7 @@ impl Region {
         let is_empty = |inside: Grid<bool>| !inside.values().contains(&true);
         match &self.mask {
             Some(mask) if self.inside(rows, columns).is_some_and(is_empty) => {
-                Err(MaskError::Apart { path: PathBuf::from(&mask.facts.file) })
+                Err(MaskError::Apart(PathBuf::from(&mask.facts.file)))
             }
             _ => Ok(self),
         }
@@ -97,41 +97,31 @@ pub enum MaskError {
     },
     /// The picture is not as large as the frames.
     #[error(
-        "{} has {found_rows} rows x {found_columns} columns, but the frames have {rows} rows x {columns} columns; draw the mask over a \
-         frame or over mask.png of the results, and do not scale or crop it", path.display()
+        "{} has {} rows x {} columns, but the frames have {} rows x {} columns; draw the mask over a frame or over \
+         mask.png of the results, and do not scale or crop it", path.display(), found.0, found.1, frames.0, frames.1
     )]
     Size {
         /// The file.
         path: PathBuf,
-        /// Its rows.
-        found_rows: usize,
-        /// Its columns.
-        found_columns: usize,
-        /// Rows of the frames.
-        rows: usize,
-        /// Columns of the frames.
-        columns: usize,
+        /// Its rows and columns.
+        found: (usize, usize),
+        /// Rows and columns of the frames.
+        frames: (usize, usize),
     },
     /// Rectangle and mask have no pixel in common.
-    #[error("no pixel of the region lies inside the mask {}; both apply, so omit one of them", path.display())]
-    Apart {
-        /// Name of the file.
-        path: PathBuf,
-    },
+    #[error("no pixel of the region lies inside the mask {}; both apply, so omit one of them", .0.display())]
+    Apart(PathBuf),
     /// No pixel is inside.
     #[error(
-        "{} has no pixel above half of full white, so nothing is inside; paint white what is to be used", path.display()
+        "{} has no pixel above half of full white, so nothing is inside; paint white what is to be used", .0.display()
     )]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
+    Empty(PathBuf),
 }
 
 impl Fault for MaskError {
     fn blame(&self) -> Blame {
         match self {
-            Self::Size { .. } | Self::Empty { .. } | Self::Apart { .. } => Blame::Request,
+            Self::Size { .. } | Self::Empty(_) | Self::Apart(_) => Blame::Request,
             Self::Picture { .. } => Blame::Data,
             Self::Read(error) => error.blame(),
         }
@@ -155,9 +145,9 @@ pub fn parse_mask(bytes: &[u8], path: &Path, rows: usize, columns: usize) -> Res
     let wrong = |source: ImageFault| MaskError::Picture { path: path.to_owned(), source };
     // The head comes first: a picture of the wrong size need not be decoded.
     let head = header(bytes).map_err(wrong)?;
-    if (head.rows, head.columns) != (rows, columns) {
-        let (found_rows, found_columns) = (head.rows, head.columns);
-        return Err(MaskError::Size { path: path.to_owned(), found_rows, found_columns, rows, columns });
+    let (found, frames) = ((head.rows, head.columns), (rows, columns));
+    if found != frames {
+        return Err(MaskError::Size { path: path.to_owned(), found, frames });
     }
     let decoded = decode_grey(bytes).map_err(wrong)?;
     let full = (1_u32 << decoded.frame.bit_depth()) - 1;
@@ -168,12 +158,12 @@ pub fn parse_mask(bytes: &[u8], path: &Path, rows: usize, columns: usize) -> Res
     };
     let inside_px = inside.iter().filter(|&&inside| inside).count();
     if inside_px == 0 {
-        return Err(MaskError::Empty { path: path.to_owned() });
+        return Err(MaskError::Empty(path.to_owned()));
     }
     let size = || wrong(ImageFault::Damaged("its size contradicts its pixels".to_owned()));
     let inside = Grid::from_values(rows, columns, inside).ok_or_else(size)?;
     let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let facts = MaskFacts { file, blake3: blake3::hash(bytes).to_hex().to_string(), inside_px };
+    let facts = MaskFacts { file, blake3: super::hash(bytes), inside_px };
     Ok(Mask { inside, facts, conversion: decoded.conversion })
 }
 
@@ -220,7 +210,7 @@ mod tests {
         assert_eq!(both.inside(2, 3).unwrap().values(), [false, true, false, false, false, false]);
         assert_eq!(both.clone().checked(2, 3).unwrap(), both);
         let apart = Region { rectangle: Some(Rectangle::between((2, 0), (2, 0))), mask };
-        assert!(matches!(apart.checked(2, 3), Err(MaskError::Apart { .. })));
+        assert!(matches!(apart.checked(2, 3), Err(MaskError::Apart(_))));
     }
 
     #[test]
@@ -229,7 +219,7 @@ mod tests {
         let path = written(folder.path(), "small.png", image::GrayImage::new(3, 2).into());
         let words = read_mask(&path, 3, 2).unwrap_err().to_string();
         assert!(words.contains("2 rows x 3 columns") && words.contains("3 rows x 2 columns"), "{words}");
-        assert!(matches!(read_mask(&path, 2, 3), Err(MaskError::Empty { .. })));
+        assert!(matches!(read_mask(&path, 2, 3), Err(MaskError::Empty(_))));
         let text = folder.path().join("mask.txt");
         std::fs::write(&text, "white").unwrap();
         assert!(matches!(read_mask(&text, 2, 3), Err(MaskError::Picture { .. })));

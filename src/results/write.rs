@@ -3,35 +3,32 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 
-use image::{GrayImage, RgbImage};
+use image::{GrayImage, ImageBuffer, ImageFormat, PixelWithColorType};
 use serde::Serialize;
 
 use super::place::check_target;
-use super::writer::{Waiting, Writer};
+use super::read::format_of;
+use super::writer::{Waiting, Writer, held};
 use super::{ResultsError, ResultsKind, hash};
 use epirig_core::grid::Grid;
-use epirig_data::formats::{MapFacts, MapFormat};
+use epirig_data::formats::MapFacts;
 use epirig_data::storage::{Disk, RealDisk, Scratch, put_in_place, recover};
 
-/// A colour picture as PNG, for the file `path`.
+/// A picture as PNG, for the file `path`.
 ///
 /// # Errors
 /// [`ResultsError::Picture`] if it cannot be encoded.
-pub fn encoded_picture(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, ResultsError> {
-    encoded_image(path, |bytes| picture.write_to(bytes, image::ImageFormat::Png))
-}
-
-fn encoded_image(
-    path: &Path,
-    encode: impl FnOnce(&mut Cursor<Vec<u8>>) -> image::ImageResult<()>,
-) -> Result<Vec<u8>, ResultsError> {
+pub fn encoded_picture<P>(path: &Path, picture: &ImageBuffer<P, Vec<u8>>) -> Result<Vec<u8>, ResultsError>
+where
+    P: PixelWithColorType<Subpixel = u8>,
+{
     let mut bytes = Cursor::new(Vec::new());
-    let failed =
-        |error: image::ImageError| ResultsError::Picture { path: path.to_owned(), reason: error.to_string() };
-    encode(&mut bytes).map_err(failed)?;
-    Ok(bytes.into_inner())
+    match picture.write_to(&mut bytes, ImageFormat::Png) {
+        Ok(()) => Ok(bytes.into_inner()),
+        Err(error) => Err(ResultsError::Picture { path: path.to_owned(), reason: error.to_string() }),
+    }
 }
 
 /// A folder of results while it is written, beside its final place. [`ResultsFolder::commit`] moves it there
@@ -79,36 +76,21 @@ impl ResultsFolder {
     /// [`ResultsError`] if `target` is not empty and `overwrite` is not set, if it holds anything but results
     /// of this kind, or if its parent cannot be written.
     pub fn create(target: &Path, kind: ResultsKind, overwrite: bool) -> Result<Self, ResultsError> {
-        Self::create_on(Box::new(RealDisk), target, kind, overwrite)
-    }
-
-    /// The same on a given disk.
-    ///
-    /// # Errors
-    /// As [`create`](Self::create).
-    pub fn create_on(
-        mut disk: Box<dyn Disk>,
-        target: &Path,
-        kind: ResultsKind,
-        overwrite: bool,
-    ) -> Result<Self, ResultsError> {
+        let mut disk = RealDisk;
         if target.file_name().is_none() {
-            return Err(ResultsError::NoName { path: target.to_owned() });
+            return Err(ResultsError::NoName(target.to_owned()));
         }
-        recover(&mut *disk, target).map_err(io("bring back", target))?;
+        recover(&mut disk, target).map_err(ResultsError::io("bring back", target))?;
         check_target(target, kind, overwrite)?;
-        let scratch = Scratch::beside(target).map_err(|(path, source)| ResultsError::Io {
-            action: "make a folder in",
-            path,
-            source,
-        })?;
+        let refused = |path: &Path| ResultsError::io("make a folder in", path);
+        let scratch = Scratch::beside(target).map_err(|(path, source)| refused(&path)(source))?;
         let building = scratch.path().join(BUILDING);
-        disk.make_folder(&building).map_err(io("make a folder in", &building))?;
+        disk.make_folder(&building).map_err(refused(&building))?;
         Ok(Self {
             target: target.to_owned(),
             kind,
             overwrite,
-            writer: Writer::to(disk),
+            writer: Writer::to(Box::new(disk)),
             scratch,
             files: Mutex::default(),
             record: Mutex::default(),
@@ -138,20 +120,21 @@ impl ResultsFolder {
     /// [`ResultsError`] if the extension is unknown or the map cannot be encoded.
     pub fn write_map(&self, name: &str, map: &Grid<f32>, facts: &MapFacts) -> Result<(), ResultsError> {
         let path = self.target.join(name);
-        let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
-        let format = MapFormat::from_extension(&extension)
-            .ok_or(ResultsError::UnknownFormat { path: path.clone() })?;
-        let bytes = format.encode_with(map, facts).map_err(|source| ResultsError::Format { path, source })?;
-        self.write(name, bytes);
+        let encoded = format_of(&path)?.encode_with(map, facts);
+        self.write(name, encoded.map_err(|source| ResultsError::Format { path, source })?);
         Ok(())
     }
 
-    /// Writes a colour picture as PNG.
+    /// Writes a picture as PNG.
     ///
     /// # Errors
     /// [`ResultsError`] if it cannot be encoded.
-    pub fn write_picture(&self, name: &str, picture: &RgbImage) -> Result<(), ResultsError> {
-        self.write_image(name, |bytes| picture.write_to(bytes, image::ImageFormat::Png))
+    pub fn write_picture<P>(&self, name: &str, picture: &ImageBuffer<P, Vec<u8>>) -> Result<(), ResultsError>
+    where
+        P: PixelWithColorType<Subpixel = u8>,
+    {
+        self.write(name, encoded_picture(&self.target.join(name), picture)?);
+        Ok(())
     }
 
     /// Writes grey values as PNG.
@@ -161,17 +144,7 @@ impl ResultsFolder {
     pub fn write_grey(&self, name: &str, values: &Grid<u8>) -> Result<(), ResultsError> {
         let size = (values.columns() as u32, values.rows() as u32);
         let mask = GrayImage::from_raw(size.0, size.1, values.values().to_vec()).unwrap_or_default();
-        self.write_image(name, |bytes| mask.write_to(bytes, image::ImageFormat::Png))
-    }
-
-    fn write_image(
-        &self,
-        name: &str,
-        encode: impl FnOnce(&mut Cursor<Vec<u8>>) -> image::ImageResult<()>,
-    ) -> Result<(), ResultsError> {
-        let bytes = encoded_image(&self.target.join(name), encode)?;
-        self.write(name, bytes);
-        Ok(())
+        self.write_picture(name, &mask)
     }
 
     /// Takes the record of the results, which [`commit`](Self::commit) writes.
@@ -200,18 +173,9 @@ impl ResultsFolder {
         // The place may have been filled since the work began.
         check_target(&self.target, self.kind, self.overwrite)?;
         let placed = put_in_place(&mut **disk, &building, &self.target);
-        placed.map_err(io("put in place", &self.target))
+        placed.map_err(ResultsError::io("put in place", &self.target))
     }
 }
 
 /// Name of the folder in the scratch folder.
 const BUILDING: &str = "results";
-
-fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> ResultsError {
-    let path = path.to_owned();
-    move |source| ResultsError::Io { action, path, source }
-}
-
-fn held<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
-}

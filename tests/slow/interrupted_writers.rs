@@ -45,7 +45,7 @@ fn cases() -> Vec<Case> {
             target: "seq/results",
             replaces: true,
             exchanges: true,
-            is_whole: |path| epirig::results::read_summary(path).is_ok(),
+            is_whole: |path| epirig::results::ResultFiles::open_match(path).is_ok(),
         },
         Case {
             arguments: &["surface", "seq", "--overwrite", "--trend", "plane"],
@@ -103,7 +103,7 @@ fn cases() -> Vec<Case> {
                 let sequence = Sequence::open(path).unwrap();
                 let results = path.join("results");
                 sequence.frames().iter().all(|frame| sequence.read(frame).is_ok())
-                    && (!results.exists() || epirig::results::read_summary(&results).is_ok())
+                    && (!results.exists() || epirig::results::ResultFiles::open_match(&results).is_ok())
             },
         },
         Case {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use epirig::profile::Profile;
-use epirig::results::{read_map, read_summary};
+use epirig::results::{ResultFiles, read_map};
 use epirig_data::sequence::Sequence;
 use epirig_devices::camera::Size;
 
@@ -74,7 +74,7 @@ fn measure(rig: &mut dyn Rig) {
     let disparity = read_map(&results.join("disparity.tiff")).unwrap();
     let size: Size = SIZE.parse().unwrap();
     assert_eq!((disparity.columns(), disparity.rows()), (size.columns, size.rows));
-    let summary = read_summary(&results).unwrap();
+    let (_, summary) = ResultFiles::open_match(&results).unwrap();
     // A point at x in the reference frame is at x - before in the first and at x + after in the last.
     let (before, after) = (summary.tau_before * TRUTH_PX, summary.tau_after * TRUTH_PX);
     let in_view = |x: usize| x as f64 >= before && x as f64 + after <= (size.columns - 1) as f64;
