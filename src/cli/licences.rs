@@ -1,7 +1,6 @@
 //! `epirig licences`.
 
 use clap::Args;
-use serde::Serialize;
 
 use super::{CliError, Talk};
 
@@ -13,13 +12,8 @@ const THIRD_PARTY: &str = include_str!("../../THIRD-PARTY.txt");
 #[command(after_help = "Example:\n  epirig licences | less")]
 pub(super) struct Licences {}
 
-#[derive(Serialize)]
-struct Output {
-    licences: &'static str,
-}
-
 impl Licences {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        talk.result(&Output { licences: THIRD_PARTY }, || THIRD_PARTY.to_owned())
+        talk.result(&serde_json::json!({ "licences": THIRD_PARTY }), || THIRD_PARTY.to_owned())
     }
 }

@@ -16,7 +16,7 @@ use epirig_devices::stage::native::Native;
 use epirig_devices::stage::simulator::{FaultScript, NativeDevice};
 use epirig_devices::stage::{Driver, StageDriver as _, StopSwitch};
 use epirig_devices::virtual_rig::World;
-use epirig_simulator::{Simulator, SimulatorConfig};
+use epirig_simulator::SimulatorConfig;
 
 /// Simulate a stage on a pseudo-terminal, to try the commands
 #[derive(Debug, Args)]
@@ -68,11 +68,6 @@ pub(super) struct Simulate {
 }
 
 impl Simulate {
-    /// The scene of the video output; the number of frames has no meaning here.
-    fn simulator(size: Size) -> Result<Arc<Simulator>, CliError> {
-        Ok(rig::simulator(SimulatorConfig::textured_plane(size.columns, size.rows, 2))?)
-    }
-
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if !(0.0..=1.0).contains(&self.noise) {
             return Err(CliError::usage("--noise is a probability, 0 to 1".to_owned()));
@@ -85,7 +80,9 @@ impl Simulate {
         let mut world = None;
         let device: Arc<Mutex<dyn SimulatedDevice>> = if let Some(output) = &self.video_output {
             let mut stage = NativeDevice::new(self.fault).at_boot(boot);
-            world = Some(World::show(Self::simulator(self.size)?, &mut stage, output)?);
+            // The number of frames has no meaning here.
+            let scene = SimulatorConfig::textured_plane(self.size.columns, self.size.rows, 2);
+            world = Some(World::show(rig::simulator(scene)?, &mut stage, output)?);
             Arc::new(Mutex::new(stage))
         } else {
             let simulated = self.driver.simulated(self.fault, boot);

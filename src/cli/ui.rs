@@ -1,19 +1,17 @@
 //! `epirig ui`.
 
 use std::collections::BTreeMap;
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::rig::RigArguments;
-use super::view::Serving;
+use super::view::{ListenArgument, tell_links};
 use super::{CliError, Talk, interrupt, log};
 use crate::panel::{Panel, PanelHooks, PanelOptions};
 use crate::profile::Draft;
 use epirig_data::sequence::Sequence;
 use epirig_devices::stage::StopSwitch;
-use epirig_server::{Server, ServerOptions};
 
 /// See and control the rig, scan and measure in a browser
 ///
@@ -29,9 +27,8 @@ pub(super) struct Ui {
     /// Folder of the sequences; or a sequence, which is opened
     #[arg(default_value = ".")]
     folder: PathBuf,
-    /// Address and port to listen on; port 0 takes a free one
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:0")]
-    listen: SocketAddr,
+    #[command(flatten)]
+    listen: ListenArgument,
     #[command(flatten)]
     rig: RigArguments,
 }
@@ -58,8 +55,7 @@ impl Ui {
         let (draft, source, file) = self.rig.draft()?;
         let is_sequence = Sequence::open(&self.folder).is_ok();
         let folder = if is_sequence { beside(&self.folder) } else { self.folder.clone() };
-        let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })
-            .map_err(CliError::server)?;
+        let server = self.listen.server()?;
         let (panel, closer) = Panel::open(PanelOptions {
             draft: in_real_time(draft)?,
             source,
@@ -75,14 +71,7 @@ impl Ui {
             end.press();
             stop.press();
         });
-        let watch_link = server.watch_link();
-        let serving = Serving { link: server.link(), watch_link: Some(watch_link) };
-        talk.result(&serving, || format!("{}\n", serving.link))?;
-        talk.say("open this link in a browser; Ctrl-C ends it");
-        serving
-            .watch_link
-            .iter()
-            .for_each(|link| talk.say(&format!("for somebody who only watches: {link}")));
+        tell_links(server.link(), Some(server.watch_link()), talk)?;
         let served = server.run(panel);
         closer.wait();
         served.map_err(CliError::server)

@@ -25,18 +25,43 @@ pub(super) struct View {
     /// Folder of the matcher's results [default: SEQ/results]
     #[arg(long, value_name = "DIR")]
     results: Option<PathBuf>,
+    #[command(flatten)]
+    listen: ListenArgument,
+}
+
+/// Where the page is asked for.
+#[derive(Debug, Args)]
+pub(super) struct ListenArgument {
     /// Address and port to listen on; port 0 takes a free one
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:0")]
     listen: SocketAddr,
 }
 
+impl ListenArgument {
+    pub(super) fn server(&self) -> Result<Server, CliError> {
+        let options = ServerOptions { listen: self.listen, ..ServerOptions::default() };
+        Server::bind(&options).map_err(CliError::server)
+    }
+}
+
 /// Where the page is.
 #[derive(Serialize)]
-pub(super) struct Serving {
-    pub(super) link: String,
+struct Serving {
+    link: String,
     /// For somebody who only watches, if there is something to control.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) watch_link: Option<String>,
+    watch_link: Option<String>,
+}
+
+/// Prints the links of a page.
+pub(super) fn tell_links(link: String, watch_link: Option<String>, talk: &Talk) -> Result<(), CliError> {
+    let serving = Serving { link, watch_link };
+    talk.result(&serving, || format!("{}\n", serving.link))?;
+    talk.say("open this link in a browser; Ctrl-C ends it");
+    if let Some(link) = &serving.watch_link {
+        talk.say(&format!("for somebody who only watches: {link}"));
+    }
+    Ok(())
 }
 
 impl View {
@@ -45,15 +70,11 @@ impl View {
         if let Some(reason) = view.unfit() {
             talk.say(&format!("note: {reason}"));
         }
-        let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })
-            .map_err(CliError::server)?;
+        let server = self.listen.server()?;
         let stop = server.stop_switch();
         interrupt::calls(move || stop.press());
         view.read_ahead();
-        let serving = Serving { link: server.link(), watch_link: None };
-        talk.result(&serving, || format!("{}\n", serving.link))?;
-        talk.say("open this link in a browser; Ctrl-C ends it");
-        server.run(view).map_err(CliError::server)?;
-        Ok(())
+        tell_links(server.link(), None, talk)?;
+        server.run(view).map_err(CliError::server)
     }
 }

@@ -7,8 +7,10 @@ mod file;
 mod scan;
 mod terminal;
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::Mutex;
+use std::time::Instant;
 
 use clap::{ArgAction, Args};
 use tracing_subscriber::fmt::MakeWriter;
@@ -37,6 +39,20 @@ pub(super) struct LogArguments {
     log_file: Option<PathBuf>,
 }
 
+/// Takes whole lines, and gives each to a function.
+struct Lines<F>(F);
+
+impl<F: FnMut(&[u8])> Write for Lines<F> {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        (self.0)(line);
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
 type Listener = Box<dyn Layer<Registry> + Send + Sync>;
 
 /// Starts logging to the places that are wanted. `scans` tells whether the verb may take frames.
@@ -46,16 +62,18 @@ pub(super) fn listen(arguments: &LogArguments, quiet: bool, scans: bool) -> Resu
     let chosen = |level: u8| filter(wanted.as_deref().unwrap_or(name(level)));
     let mut listeners: Vec<Listener> = Vec::new();
     if !quiet && (*verbose > 0 || wanted.is_some()) {
-        let lines = fmt::layer().with_ansi(false).event_format(terminal::Line::since_now());
-        let lines = lines.with_writer(|| terminal::Terminal).log_internal_errors(false);
+        let lines = fmt::layer().with_ansi(false).event_format(terminal::Line { began: Instant::now() });
+        let lines = lines.with_writer(|| Lines(terminal::put)).log_internal_errors(false);
         listeners.push(lines.with_filter(chosen(*verbose)?).boxed());
     }
     if let Some(path) = log_file {
-        listeners.push(json_lines(Mutex::new(LogFile::named(path)?), chosen((*verbose).max(2))?));
+        let mut file = LogFile::named(path)?;
+        let lines = Mutex::new(Lines(move |line: &[u8]| file.put(line)));
+        listeners.push(json_lines(lines, chosen((*verbose).max(2))?));
     }
     if scans {
         scan::wait_for_folder();
-        listeners.push(json_lines(|| scan::ScanLog, filter(OF_A_SCAN)?));
+        listeners.push(json_lines(|| Lines(scan::put), filter(OF_A_SCAN)?));
     }
     // Without a subscriber, events cost next to nothing.
     if !listeners.is_empty() {

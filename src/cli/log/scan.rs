@@ -1,6 +1,5 @@
 //! The log of a scan, beside its journal.
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -47,18 +46,9 @@ pub(in crate::cli) fn beside(folder: &Path, resumed: bool) {
     }
 }
 
-/// Takes whole lines.
-pub(super) struct ScanLog;
-
-impl Write for ScanLog {
-    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        place().take(line);
-        Ok(line.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
+/// Appends a line to the log.
+pub(super) fn put(line: &[u8]) {
+    place().take(line);
 }
 
 impl Place {

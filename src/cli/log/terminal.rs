@@ -1,7 +1,6 @@
 //! The log on the terminal.
 
 use std::fmt;
-use std::io::{self, Write};
 use std::time::Instant;
 
 use tracing::{Event, Subscriber};
@@ -11,31 +10,17 @@ use tracing_subscriber::registry::LookupSpan;
 
 use crate::cli::progress::tell;
 
-/// Takes whole lines, and shares the terminal with the progress bar.
-pub(super) struct Terminal;
-
-impl Write for Terminal {
-    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        // Text of a device may contain line breaks, which are replaced.
-        tell(&String::from_utf8_lossy(line).trim_end().replace('\n', "\u{fffd}"));
-        Ok(line.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
+/// Prints a line; it shares the terminal with the progress bar.
+pub(super) fn put(line: &[u8]) {
+    // Text of a device may contain line breaks, which are replaced.
+    tell(&String::from_utf8_lossy(line).trim_end().replace('\n', "\u{fffd}"));
 }
 
 /// An event as a line: seconds since the start, level, spans, message and fields, and the module that a
 /// filter names. The span of the verb is left out.
 pub(super) struct Line {
-    began: Instant,
-}
-
-impl Line {
-    pub(super) fn since_now() -> Self {
-        Self { began: Instant::now() }
-    }
+    /// When the program started.
+    pub(super) began: Instant,
 }
 
 impl<S, N> FormatEvent<S, N> for Line
