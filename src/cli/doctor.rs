@@ -68,14 +68,14 @@ pub(super) fn refuse_if_bad(report: &Report) -> Result<(), CliError> {
     let bad: Vec<&str> = of(report, Verdict::Bad).map(|check| check.name).collect();
     match bad.as_slice() {
         [] => Ok(()),
-        names => Err(CliError::new(
-            Blame::Device,
-            format!(
+        names => Err(CliError {
+            message: format!(
                 "the rig is not ready for this scan ({}); follow the advice, or measure with `epirig run --anyway`",
                 names.join(", ")
             ),
-        )
-        .with_report(serde_json::to_value(report).unwrap_or_default())),
+            blame: Blame::Device,
+            report: serde_json::to_value(report).ok(),
+        }),
     }
 }
 

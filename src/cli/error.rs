@@ -11,9 +11,12 @@ use epirig_server::ServerError;
 /// Why a verb fails.
 #[derive(Debug)]
 pub(super) struct CliError {
-    message: String,
-    blame: Blame,
-    report: Option<Value>,
+    /// One line, or one for each mistake of a profile.
+    pub(super) message: String,
+    /// Who must act.
+    pub(super) blame: Blame,
+    /// What was measured before the failure.
+    pub(super) report: Option<Value>,
 }
 
 impl<F: Fault> From<F> for CliError {
@@ -52,25 +55,5 @@ impl CliError {
     pub(super) fn server(error: ServerError) -> Self {
         let blame = if matches!(error, ServerError::Listen { .. }) { Blame::Request } else { Blame::System };
         Self::new(blame, error)
-    }
-
-    /// The same with what was measured before.
-    pub(super) fn with_report(self, report: Value) -> Self {
-        Self { report: Some(report), ..self }
-    }
-
-    /// The message: one line, or one for each mistake of a profile.
-    pub(super) fn message(&self) -> &str {
-        &self.message
-    }
-
-    /// Who must act.
-    pub(super) fn blame(&self) -> Blame {
-        self.blame
-    }
-
-    /// What was measured before the failure.
-    pub(super) fn report(&self) -> Option<&Value> {
-        self.report.as_ref()
     }
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde_json::Value;
 
+use super::CliError;
 use epirig_core::fault::Blame;
 
 /// The exit code of an interrupted verb: 128 + SIGINT, as shells do.
@@ -22,29 +23,24 @@ pub(super) const INTERRUPTED: u8 = 130;
 /// stdout holds one object at most: a verb that has printed its result (such as the findings of `verify`)
 /// prints no second one. Options that cannot be parsed are reported on stderr only.
 #[derive(Debug, Serialize)]
-pub(super) struct Failure {
-    error: FailureFacts,
+pub(super) struct Failure<'a> {
+    error: FailureFacts<'a>,
 }
 
 #[derive(Debug, Serialize)]
-struct FailureFacts {
-    message: String,
+struct FailureFacts<'a> {
+    message: &'a str,
     kind: &'static str,
     exit_code: u8,
     #[serde(skip_serializing_if = "Option::is_none")]
-    report: Option<Value>,
+    report: Option<&'a Value>,
 }
 
-impl Failure {
-    pub(super) fn new(message: &str, blame: Blame) -> Self {
-        let (exit_code, kind) = code(blame);
-        Self { error: FailureFacts { message: message.to_owned(), kind, exit_code, report: None } }
-    }
-
-    /// The same with what was measured before.
-    pub(super) fn with_report(mut self, report: Option<&Value>) -> Self {
-        self.error.report = report.cloned();
-        self
+impl<'a> Failure<'a> {
+    pub(super) fn of(error: &'a CliError) -> Self {
+        let (exit_code, kind) = code(error.blame);
+        let CliError { message, report, .. } = error;
+        Self { error: FailureFacts { message, kind, exit_code, report: report.as_ref() } }
     }
 }
 

@@ -4,8 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use super::failure::{Failure, INTERRUPTED};
-use super::progress::{answer_failure, tell};
+use super::CliError;
+use super::failure::INTERRUPTED;
+use super::progress::{tell, tell_failure};
 use crate::capture::PauseSwitch;
 use epirig_core::fault::Blame;
 use epirig_data::storage::abandon;
@@ -54,17 +55,19 @@ pub(super) fn stops_nothing() {
 
 /// Installs the handlers.
 pub(super) fn install() -> Result<(), std::io::Error> {
-    outlive_large_files()?;
     ctrlc::set_handler(interrupted).map_err(std::io::Error::other)?;
-    obey_other_epirigs()
+    heed_signals()
 }
 
-/// Asked by `epirig stage stop` in another terminal: it stops the stage, not the scan.
 #[cfg(unix)]
-fn obey_other_epirigs() -> Result<(), std::io::Error> {
-    use signal_hook::consts::SIGUSR1;
+fn heed_signals() -> Result<(), std::io::Error> {
+    use signal_hook::consts::{SIGUSR1, SIGXFSZ};
     use signal_hook::iterator::Signals;
 
+    // Writing beyond the limit of file sizes (`ulimit -f`) is an error then, like writing to a full disk.
+    // Else its signal would end the program. Who writes is told by the error; nobody looks at the flag.
+    signal_hook::flag::register(SIGXFSZ, Arc::default())?;
+    // Asked by `epirig stage stop` in another terminal: it stops the stage, not the scan.
     let mut signals = Signals::new([SIGUSR1])?;
     Builder::new().spawn(move || {
         for _ in signals.forever() {
@@ -76,23 +79,8 @@ fn obey_other_epirigs() -> Result<(), std::io::Error> {
     Ok(())
 }
 
-/// Writing beyond the limit of file sizes (`ulimit -f`) is an error then, like writing to a full disk. Else
-/// its signal would end the program.
-#[cfg(unix)]
-fn outlive_large_files() -> Result<(), std::io::Error> {
-    use signal_hook::consts::SIGXFSZ;
-
-    // Who writes is told by the error; nobody looks at the flag.
-    signal_hook::flag::register(SIGXFSZ, Arc::default()).map(drop)
-}
-
 #[cfg(not(unix))]
-fn outlive_large_files() -> Result<(), std::io::Error> {
-    Ok(())
-}
-
-#[cfg(not(unix))]
-fn obey_other_epirigs() -> Result<(), std::io::Error> {
+fn heed_signals() -> Result<(), std::io::Error> {
     Ok(())
 }
 
@@ -122,8 +110,7 @@ fn interrupted() {
                     "interrupted while the disk did not answer; folders .epirig-* may remain; the next command there removes them"
                 }
             };
-            tell(&format!("error: {words}"));
-            answer_failure(&Failure::new(words, Blame::Interruption));
+            tell_failure(&CliError::new(Blame::Interruption, words));
             std::process::exit(i32::from(INTERRUPTED));
         }
     }

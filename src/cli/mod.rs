@@ -59,11 +59,11 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use tracing::{Span, error, info, info_span};
 
 use error::CliError;
-use failure::{Failure, code};
+use failure::code;
 use help::Extent;
 use log::LogArguments;
 use memory::share_arena;
-use progress::{Talk, answer_failure, tell};
+use progress::{Talk, tell_failure};
 use threads::start_threads;
 
 const EXIT_CODES: &str =
@@ -173,8 +173,8 @@ impl Verb {
         match &done {
             Ok(()) => info!(seconds, "done"),
             Err(failure) => {
-                let (exit_code, kind) = code(failure.blame());
-                error!(seconds, exit_code, kind, reason = failure.message(), "failed");
+                let (exit_code, kind) = code(failure.blame);
+                error!(seconds, exit_code, kind, reason = failure.message, "failed");
             }
         }
         done
@@ -199,9 +199,8 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             talk.clear();
-            tell(&format!("error: {}", error.message()));
-            answer_failure(&Failure::new(error.message(), error.blame()).with_report(error.report()));
-            ExitCode::from(code(error.blame()).0)
+            tell_failure(&error);
+            ExitCode::from(code(error.blame).0)
         }
     }
 }

@@ -43,11 +43,12 @@ pub(super) fn tell(line: &str) {
     }
 }
 
-/// Prints a failure as the JSON object on stdout, if JSON is wanted and none was printed yet.
-pub(super) fn answer_failure(failure: &Failure) {
+/// Prints a failure to stderr; and as the JSON object on stdout, if JSON is wanted and none was printed yet.
+pub(super) fn tell_failure(error: &CliError) {
+    tell(&format!("error: {}", error.message));
     if JSON.load(Ordering::SeqCst)
         && !ANSWERED.swap(true, Ordering::SeqCst)
-        && let Ok(line) = serde_json::to_string(failure)
+        && let Ok(line) = serde_json::to_string(&Failure::of(error))
     {
         // If stdout is closed, the exit code and stderr still report the failure.
         let _ = print(&(line + "\n"));

@@ -89,7 +89,7 @@ impl Run {
 
 /// Says how a scan that was interrupted goes on with the whole measurement.
 fn tell_how_to_go_on(error: &CliError, folder: &Path, matching: &MatchArguments, talk: &Talk) {
-    if error.blame() == Blame::Resumable {
+    if error.blame == Blame::Resumable {
         let same = if matching.are_usual() { "" } else { ", with the same options of matching" };
         let folder = quoted(folder);
         talk.say(&format!("`epirig resume {folder} --measure` continues the scan and measures{same}"));

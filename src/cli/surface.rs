@@ -180,7 +180,7 @@ pub(super) fn measure_surface(
     talk: &Talk,
 ) -> Option<(SurfaceSummary, PathBuf)> {
     usual_surface(folder, results, talk)
-        .inspect_err(|error| talk.say(&format!("note: the surface was not measured: {}", error.message())))
+        .inspect_err(|error| talk.say(&format!("note: the surface was not measured: {}", error.message)))
         .ok()
 }
 
