@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 
-use super::rig::{Options, RigArgument, StageArguments, Stages};
+use super::rig::{Stages, WhichStage};
 use super::{CliError, Talk};
 use epirig_devices::link::Link;
 use epirig_devices::stage::Console as Dialect;
@@ -33,34 +33,23 @@ pub(super) struct Console {
     #[arg(value_name = "LINE")]
     lines: Vec<String>,
     #[command(flatten)]
-    rig: RigArgument,
-    #[command(flatten)]
-    stage: StageArguments,
+    stage: WhichStage,
 }
 
 impl Console {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let mut options = Options::default();
-        self.stage.options(&mut options);
-        let profile = self.rig.profile(options)?;
+        let profile = self.stage.profile()?;
         let driver = profile.stage.driver;
         let dialect = driver.console().ok_or_else(|| {
             CliError::usage(format!("the driver {driver} has no lines that can be sent by hand"))
         })?;
-        let line = Stages::new(&profile, self.stage.transcript(), talk)?.line(dialect.baud)?;
-        let mut line = match dialect.distrust {
-            Some(distrust) => {
-                let line = distrust(line)?;
-                talk.say("the position of the stage is not trusted any more: home it afterwards");
-                line
-            }
-            None => {
-                talk.say(
-                    "the stage follows its position itself; home it after lines that change how it counts",
-                );
-                line
-            }
-        };
+        let mut line = Stages::new(&profile, self.stage.transcript(), talk)?.stage.line(dialect.baud)?;
+        if let Some(distrust) = dialect.distrust {
+            line = distrust(line)?;
+            talk.say("the position of the stage is not trusted any more: home it afterwards");
+        } else {
+            talk.say("the stage follows its position itself; home it after lines that change how it counts");
+        }
         let mut exchanges = Vec::new();
         let mut send = |typed: String| exchange(&mut *line, &dialect, typed, talk);
         for typed in &self.lines {

@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choice::choice;
-use super::files::write_new;
+use super::files::{refuse_taken, write_new};
 use super::need::{check, close_others};
 use super::scan_end::tell_results;
 use super::surface::known_heights;
@@ -104,9 +104,7 @@ impl Export {
                 Output::extensions()
             ))
         })?;
-        if self.out.exists() {
-            return Err(CliError::usage(format!("{} exists already; give another name", self.out.display())));
-        }
+        refuse_taken(&self.out)?;
         let found = if self.map.row().kind == ResultsKind::Compare {
             self.difference()?
         } else {

@@ -5,14 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::files::write_new;
-use super::rig::{CameraArguments, Options, RigArgument, tell_configuration};
+use super::files::{refuse_taken, write_new};
+use super::rig::{CameraArguments, RigArgument, tell_configuration};
 use super::{CliError, Talk};
 use crate::rig::{camera_settings, open_camera};
 use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
 use epirig_data::formats::MapFormat;
 use epirig_data::sequence::encode_png;
+use epirig_data::storage::parent;
 use epirig_devices::camera::{Assessment, Camera, FrameFacts, TimingRule, average};
 use epirig_devices::stage::StagePosition;
 
@@ -77,20 +78,16 @@ impl Grab {
             return Err(CliError::usage(format!("{}: give a name that ends in .png", self.out.display())));
         }
         for path in std::iter::once(&self.out).chain(&variance_path) {
-            if path.exists() {
-                return Err(CliError::usage(format!("{} exists already; give another name", path.display())));
-            }
+            refuse_taken(path)?;
         }
-        let folder = self.out.parent().filter(|folder| !folder.as_os_str().is_empty());
-        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        let folder = parent(&self.out);
+        if !folder.is_dir() {
             return Err(CliError::usage(format!(
                 "{}: the folder does not exist; create it first",
                 folder.display()
             )));
         }
-        let mut options = Options::default();
-        self.camera.options(&mut options);
-        let profile = self.rig.profile(options)?;
+        let profile = self.rig.profile(self.camera.changes())?;
         let mut camera = open_camera(&profile, &StagePosition::default())?.camera;
         let configuration = camera.configure(&camera_settings(&profile)?)?;
         tell_configuration(&configuration, talk);
@@ -118,7 +115,7 @@ impl Grab {
             }
         };
         camera.stop()?;
-        write_new(&self.out, &png(&frame)?)?;
+        write_new(&self.out, &encode_png(&frame).map_err(CliError::output)?)?;
         let output = self.output(&*camera, &configuration.format.to_string(), &frame, &facts, saturated);
         talk.result(&output, || describe(&output))
     }
@@ -165,10 +162,6 @@ impl Grab {
             histogram: light.histogram,
         }
     }
-}
-
-fn png(frame: &Frame) -> Result<Vec<u8>, CliError> {
-    encode_png(frame).map_err(CliError::output)
 }
 
 fn describe(grabbed: &Grabbed) -> String {

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::{ArgMatches, Args, Command, FromArgMatches};
+use clap::Args;
 
 use super::match_arguments::MatchArguments;
 use super::need::{check_match, frames_of};
-use super::rig::Options;
+use super::rig::{given, given_by_set};
 use super::run::{Existing, measure_captured};
 use super::scan::{Course, Devices, check_room, scan};
 use super::verify::refuse_another_rig;
@@ -17,6 +17,7 @@ use epirig_data::sequence::{FrameKind, Origin, Sequence, refuse_busy};
 
 /// Continue an interrupted scan
 #[derive(Debug, Args)]
+#[command(mut_group("MatchArguments", |options| options.requires("measure")))]
 #[command(after_help = "Examples:
   epirig resume seq
   epirig resume seq --measure                  measures then, as `epirig run` does
@@ -43,31 +44,7 @@ pub(super) struct Resume {
     #[arg(long)]
     measure: bool,
     #[command(flatten)]
-    matching: Measuring,
-}
-
-/// The options of the matcher, which need --measure.
-#[derive(Debug)]
-struct Measuring(MatchArguments);
-
-impl FromArgMatches for Measuring {
-    fn from_arg_matches(found: &ArgMatches) -> Result<Self, clap::Error> {
-        MatchArguments::from_arg_matches(found).map(Self)
-    }
-
-    fn update_from_arg_matches(&mut self, found: &ArgMatches) -> Result<(), clap::Error> {
-        self.0.update_from_arg_matches(found)
-    }
-}
-
-impl Args for Measuring {
-    fn augment_args(command: Command) -> Command {
-        MatchArguments::augment_args(command).mut_group("MatchArguments", |group| group.requires("measure"))
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
+    matching: MatchArguments,
 }
 
 impl Resume {
@@ -76,17 +53,14 @@ impl Resume {
         if profile.stage.is_simulated() && self.port.is_some() {
             return Err(CliError::usage("the stage of this scan is simulated; omit --port".to_owned()));
         }
-        let mut changes = Options::default();
-        changes.add("stage.port", "--port", self.port.as_ref());
-        changes.add("camera.device", "--camera", self.camera.as_ref());
-        for text in &self.set {
-            let change = Override::parse(text, "--set")?;
-            refuse_another_scan(&change)?;
-            changes.push(change);
-        }
-        let profile = changes.over(profile)?;
+        let port = given("stage.port", "--port", self.port.as_ref());
+        let camera = given("camera.device", "--camera", self.camera.as_ref());
+        let set = given_by_set(&self.set)?;
+        set.iter().try_for_each(refuse_another_scan)?;
+        let changes: Vec<Override> = port.into_iter().chain(camera).chain(set).collect();
+        let profile = profile.changed(&changes)?;
         let mut devices = Devices::of(&profile, None, talk)?;
-        let options = self.matching.0.options();
+        let options = self.matching.options();
         let sequence = Sequence::open(&self.sequence)?;
         if self.measure {
             // A wrong option is reported before the scan.

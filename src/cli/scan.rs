@@ -50,7 +50,7 @@ impl<'a> Devices<'a> {
             talk.say("note: the camera is simulated, and shows the object at the position that the stage reports: a rehearsal");
         }
         let stages = Stages::new(profile, transcript, talk)?;
-        let OpenCamera { camera, view } = open_camera(profile, &stages.watch())?;
+        let OpenCamera { camera, view } = open_camera(profile, &stages.stage.watch())?;
         let simulated_time =
             profile.camera.is_simulated() && profile.stage.is_simulated() && !profile.sim.real_time;
         Ok(Self { stages, camera, view, plan, simulated_time })
@@ -92,7 +92,7 @@ pub(super) fn scan(
     let mut rig = Rig {
         stages: &mut devices.stages,
         camera: &mut *devices.camera,
-        assistant: &mut Hands::new(talk, devices.view.clone()),
+        assistant: &mut Hands { talk, view: devices.view.clone() },
         pause,
         progress: talk,
         watcher: &Unwatched,

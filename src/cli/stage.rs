@@ -5,9 +5,8 @@ use serde::Serialize;
 
 use super::console::Console;
 use super::numbers::mm;
-use super::rig::{Options, RigArgument, StageArguments, Stages, driver, home};
+use super::rig::{Stages, WhichStage, driver, home};
 use super::{CliError, Talk};
-use crate::profile::Profile;
 use epirig_devices::link::{LinkError, ask_holder_to_stop};
 use epirig_devices::stage::{Driver, Stage, StageError, StageSource, drivers};
 
@@ -27,10 +26,23 @@ pub(super) struct StageVerb {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    Home(Home),
+    /// Home the stage
+    #[command(after_help = "Examples:
+  epirig stage home                                     epirig's own firmware on the only USB port
+  epirig stage home --driver grbl --port /dev/ttyUSB0
+  epirig stage home --driver sim                        no hardware needed
+
+Ctrl-C stops the stage; a second Ctrl-C stops it at once.")]
+    Home(WhichStage),
     Move(Move),
-    Position(Position),
-    Stop(Stop),
+    /// Print the position of the stage
+    #[command(after_help = "Example:\n  epirig stage position --json")]
+    Position(WhichStage),
+    /// Stop the stage
+    #[command(after_help = "Example:\n  epirig stage stop --port /dev/ttyACM0
+
+If another epirig uses the port, it is asked to stop the stage.")]
+    Stop(WhichStage),
     Drivers(Drivers),
     Console(Console),
 }
@@ -38,27 +50,18 @@ enum What {
 impl StageVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         match self.what {
-            What::Home(verb) => verb.run(talk),
+            What::Home(which) => {
+                let mut stage = which.connect(talk)?;
+                home(&mut *stage, talk)?;
+                tell(&mut *stage, talk)
+            }
             What::Move(verb) => verb.run(talk),
-            What::Position(verb) => verb.run(talk),
-            What::Stop(verb) => verb.run(talk),
+            What::Position(which) => tell(&mut *which.connect(talk)?, talk),
+            What::Stop(which) => stop(&which, talk),
             What::Drivers(verb) => verb.run(talk),
             What::Console(verb) => verb.run(talk),
         }
     }
-}
-
-/// Home the stage
-#[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  epirig stage home                                     epirig's own firmware on the only USB port
-  epirig stage home --driver grbl --port /dev/ttyUSB0
-  epirig stage home --driver sim                        no hardware needed
-
-Ctrl-C stops the stage; a second Ctrl-C stops it at once.")]
-struct Home {
-    #[command(flatten)]
-    stage: WhichStage,
 }
 
 /// Move the stage to a position, in mm from home
@@ -81,24 +84,6 @@ struct Move {
     /// Home the stage first
     #[arg(long)]
     home: bool,
-    #[command(flatten)]
-    stage: WhichStage,
-}
-
-/// Stop the stage
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  epirig stage stop --port /dev/ttyACM0
-
-If another epirig uses the port, it is asked to stop the stage.")]
-struct Stop {
-    #[command(flatten)]
-    stage: WhichStage,
-}
-
-/// Print the position of the stage
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  epirig stage position --json")]
-struct Position {
     #[command(flatten)]
     stage: WhichStage,
 }
@@ -140,28 +125,6 @@ impl Drivers {
     }
 }
 
-/// The stage of a rig.
-#[derive(Debug, Args)]
-struct WhichStage {
-    #[command(flatten)]
-    rig: RigArgument,
-    #[command(flatten)]
-    stage: StageArguments,
-}
-
-impl WhichStage {
-    fn profile(&self) -> Result<Profile, CliError> {
-        let mut options = Options::default();
-        self.stage.options(&mut options);
-        self.rig.profile(options)
-    }
-
-    /// Connects to it; from then on Ctrl-C stops the stage.
-    fn connect(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
-        Ok(Stages::new(&self.profile()?, self.stage.transcript(), talk)?.connect()?)
-    }
-}
-
 #[derive(Serialize)]
 struct Report {
     stage: String,
@@ -192,14 +155,6 @@ fn tell(stage: &mut dyn Stage, talk: &Talk) -> Result<(), CliError> {
     })
 }
 
-impl Home {
-    fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let mut stage = self.stage.connect(talk)?;
-        home(&mut *stage, talk)?;
-        tell(&mut *stage, talk)
-    }
-}
-
 impl Move {
     fn run(self, talk: &Talk) -> Result<(), CliError> {
         let mut stage = self.stage.connect(talk)?;
@@ -215,30 +170,20 @@ impl Move {
     }
 }
 
-impl Stop {
-    fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let profile = self.stage.profile()?;
-        let connected = Stages::new(&profile, self.stage.stage.transcript(), talk)?.stopping().connect();
-        match connected {
-            Ok(mut stage) => {
-                stage.stop()?;
-                tell(&mut *stage, talk)
-            }
-            Err(StageError::Link(error @ LinkError::Busy { .. })) => {
-                let port = Stages::new(&profile, None, talk)?.port()?;
-                let pid = ask_holder_to_stop(&port).ok_or(error)?;
-                talk.say(&format!(
-                    "process {pid}, an epirig that uses the port, was asked to stop the stage"
-                ));
-                Ok(())
-            }
-            Err(other) => Err(other.into()),
+/// Stops the stage, or asks the epirig that uses its port to do so.
+fn stop(which: &WhichStage, talk: &Talk) -> Result<(), CliError> {
+    let profile = which.profile()?;
+    match Stages::new(&profile, which.transcript(), talk)?.stopping().connect() {
+        Ok(mut stage) => {
+            stage.stop()?;
+            tell(&mut *stage, talk)
         }
-    }
-}
-
-impl Position {
-    fn run(self, talk: &Talk) -> Result<(), CliError> {
-        tell(&mut *self.stage.connect(talk)?, talk)
+        Err(StageError::Link(error @ LinkError::Busy { .. })) => {
+            let port = Stages::new(&profile, None, talk)?.stage.port()?;
+            let pid = ask_holder_to_stop(&port).ok_or(error)?;
+            talk.say(&format!("process {pid}, an epirig that uses the port, was asked to stop the stage"));
+            Ok(())
+        }
+        Err(other) => Err(other.into()),
     }
 }

@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use super::choice::choice;
-use super::files::write_new;
+use super::files::{refuse_taken, write_new};
 use super::numbers::mm;
 use super::{CliError, Talk};
 use epirig_calibration::target::print::{Page, Sheet};
@@ -89,9 +89,7 @@ impl Print {
                 return Err(CliError::usage(message));
             }
         };
-        if self.out.exists() {
-            return Err(CliError::usage(format!("{} exists already; give another name", self.out.display())));
-        }
+        refuse_taken(&self.out)?;
         let board = ChessBoard { columns: self.columns, rows: self.rows, square_mm: self.square_mm };
         let target = Target { board, bands: self.bands, band_distance_mm: self.band_distance_mm };
         let page = self.page;

@@ -12,10 +12,10 @@ use clap::Args;
 use super::choice::choice;
 use super::need::{close_others, refuse_more_than_there_is};
 use super::numbers::positive_mm;
-use super::rig::{Options, named_profile};
+use super::rig::{given, given_by_set, named_profile};
 use super::{CliError, Talk};
 use crate::pipeline::import_need;
-use crate::profile::{Override, Profile};
+use crate::profile::Profile;
 use crate::rig::nominal_lens;
 use epirig_calibration::motion::MotionCheck;
 use epirig_core::shell::quoted;
@@ -23,12 +23,11 @@ use epirig_data::sequence::import::{
     ImportOptions, Imported, Listing, Rotation, SortOrder, Span, choose, find_images, import,
 };
 use epirig_data::sequence::{FrameKind, LARGEST_IMAGE, header};
-use epirig_data::storage::read_file;
+use epirig_data::storage::{Scratch, read_file};
 use inspection::Inspection;
 pub(super) use parse::parse_positive;
 use parse::{parse_frames, parse_point, parse_span};
 use sorting::{Sorting, sort_by_motion};
-use video::Video;
 
 /// Import images or a video of other software as a sequence
 ///
@@ -149,7 +148,7 @@ impl Import {
         // Frames of a video are there as long as this is.
         let video = self.video(talk)?;
         let mut listing = match &video {
-            Some(video) => find_images(&[video.folder().to_owned()], SortOrder::Name)?,
+            Some(video) => find_images(&[video.path().to_owned()], SortOrder::Name)?,
             None => find_images(&self.images, self.sort.of_files())?,
         };
         if video.is_some() {
@@ -167,11 +166,8 @@ impl Import {
         let mut inspection = Inspection::new(chosen.len(), self.sort == Sorting::Motion, measure);
         let imported = import(&listing, &self.out, &options, &mut inspection, talk)?;
         drop(video);
-        for conversion in &imported.conversions {
-            talk.say(&format!("note: {conversion}"));
-        }
-        for finding in &imported.findings {
-            talk.say(&format!("note: {finding}"));
+        for note in imported.conversions.iter().chain(&imported.findings) {
+            talk.say(&format!("note: {note}"));
         }
         if listing.untimed > 0 && listing.untimed < listing.images.len() {
             talk.say(&format!(
@@ -195,7 +191,8 @@ impl Import {
             let count = imported.hidden.len();
             talk.say(&format!("note: {count} hidden file(s) ignored, such as {first}"));
         }
-        if imported.has_gaps && options.step_mm.is_none() && options.positions.is_none() {
+        let has_positions = options.step_mm.is_some() || options.positions.is_some();
+        if imported.has_gaps && !has_positions {
             talk.say(
                 "note: the images beside one that was left out now count as one step apart; if they are two, give --step-mm or --positions, \
                  or measure the positions with `epirig calibrate --positions texture`",
@@ -209,8 +206,7 @@ impl Import {
             ));
         }
         let planned_mm = profile.as_ref().and_then(|profile| profile.plan.step_mm);
-        if let Some(step_mm) = planned_mm.filter(|_| options.step_mm.is_none() && options.positions.is_none())
-        {
+        if let Some(step_mm) = planned_mm.filter(|_| !has_positions) {
             talk.say(&format!(
                 "note: plan.step of the profile is not used for the images; if they were taken with it, give --step-mm {step_mm}"
             ));
@@ -223,7 +219,7 @@ impl Import {
                  board.square=..., board.columns and board.rows",
             );
         }
-        if lens.is_some() && options.positions.is_none() && options.step_mm.is_none() {
+        if lens.is_some() && !has_positions {
             talk.say("note: heights in mm need positions too; give --step-mm or --positions");
         }
         talk.result(&imported, || {
@@ -241,11 +237,11 @@ impl Import {
     }
 
     /// The frames of the video, if one is given.
-    fn video(&self, talk: &Talk) -> Result<Option<Video>, CliError> {
+    fn video(&self, talk: &Talk) -> Result<Option<Scratch>, CliError> {
         match &self.images[..] {
             [path] if video::is_video_name(path) && path.is_file() => {
                 let most = self.frames.map(|(_, last)| last.saturating_add(1));
-                Ok(Some(Video::extract(path, &self.out, (self.every as usize, most), talk)?))
+                Ok(Some(video::extract(path, &self.out, (self.every as usize, most), talk)?))
             }
             images => match images.iter().find(|path| video::is_video_name(path) && path.is_file()) {
                 Some(path) => Err(CliError::usage(format!(
@@ -263,20 +259,17 @@ impl Import {
     /// The profile that options name, if any. The default profile of this folder belongs to another rig and
     /// is not used.
     fn profile(&self) -> Result<Option<Profile>, CliError> {
-        let mut options = Options::default();
-        for text in &self.set {
-            options.push(Override::parse(text, "--set")?);
-        }
-        options.add("optics.focal_length_px", "--focal-length-px", self.focal_length_px);
+        let mut changes = given_by_set(&self.set)?;
+        changes.extend(given("optics.focal_length_px", "--focal-length-px", self.focal_length_px));
         let (x_px, y_px) = self.principal_point_px.unzip();
-        options.add("optics.principal_point_x_px", "--principal-point-px", x_px);
-        options.add("optics.principal_point_y_px", "--principal-point-px", y_px);
+        changes.extend(given("optics.principal_point_x_px", "--principal-point-px", x_px));
+        changes.extend(given("optics.principal_point_y_px", "--principal-point-px", y_px));
         let (text, source) = match &self.rig {
             Some(path) => named_profile(path)?,
-            None if options.is_empty() => return Ok(None),
+            None if changes.is_empty() => return Ok(None),
             None => (String::new(), String::new()),
         };
-        Ok(Some(options.profile(&text, &source)?))
+        Ok(Some(Profile::read(&text, &source, &changes)?))
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use super::super::{CliError, Talk};
+use epirig_core::shell::quoted;
 use epirig_data::storage::Scratch;
 
 /// How names of videos end.
@@ -29,77 +30,58 @@ pub(super) fn is_video_name(path: &Path) -> bool {
     ending.is_some_and(|ending| ENDINGS.contains(&&*ending))
 }
 
-/// The frames of a video as grey PNG files, in a folder that goes when this is dropped.
-pub(super) struct Video {
-    scratch: Scratch,
-}
-
-impl Video {
-    /// Extracts every `every`-th frame, the first `most` of them if it is given, into a hidden folder beside `out`.
-    pub(super) fn extract(
-        path: &Path,
-        out: &Path,
-        (every, most): (usize, Option<usize>),
-        talk: &Talk,
-    ) -> Result<Self, CliError> {
-        let Described { wide, frames } = describe(path)?;
-        let taken = frames.map(|frames| frames / every as f64).filter(|_| most.is_none());
-        if let Some(taken) = taken.filter(|taken| *taken > MANY) {
-            talk.say(&format!(
-                "hint: these are about {taken:.0} frames, and about {ENOUGH:.0} are enough for most scans: --every {:.0} takes that number",
-                (every as f64 * taken / ENOUGH).round()
-            ));
-        }
-        let scratch = Scratch::beside(out)
-            .map_err(|(path, source)| CliError::file("make a folder in", &path)(source))?;
-        talk.say(&format!("extracting the frames of {} with ffmpeg", path.display()));
-        for all_frames in ALL_FRAMES {
-            let mut command = ffmpeg("error", path)?;
-            // Not by its path, in which a % would stand for a number.
-            command.current_dir(scratch.path());
-            command
-                .args(["-map", "0:v:0", "-pix_fmt", if wide { "gray16be" } else { "gray" }])
-                .args(all_frames);
-            if every > 1 {
-                command.args(["-vf", &format!("select=not(mod(n\\,{every}))")]);
-            }
-            if let Some(most) = most {
-                command.args(["-frames:v", &most.to_string()]);
-            }
-            command.args(["-start_number", "0", NAMES]);
-            let output = run(command, path)?;
-            let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
-            let knows_option = !said.contains("Unrecognized option");
-            if output.status.success() {
-                talk.say(
-                    "note: most videos are compressed with loss, which limits accuracy; single images are better",
-                );
-                if !said.is_empty() {
-                    talk.say(&format!("note: ffmpeg says: {}", last_line(&said)));
-                }
-                return Ok(Self { scratch });
-            } else if knows_option {
-                return Err(refused(path, &said));
-            }
-        }
-        Err(refused(path, "it knows none of our options"))
+/// The frames of a video as grey PNG files: every `every`-th, the first `most` of them if it is given. They are in
+/// a hidden folder beside `out`, which goes when it is dropped.
+pub(super) fn extract(
+    path: &Path,
+    out: &Path,
+    (every, most): (usize, Option<usize>),
+    talk: &Talk,
+) -> Result<Scratch, CliError> {
+    let (wide, frames) = describe(path)?;
+    let taken = frames.map(|frames| frames / every as f64).filter(|_| most.is_none());
+    if let Some(taken) = taken.filter(|taken| *taken > MANY) {
+        talk.say(&format!(
+            "hint: these are about {taken:.0} frames, and about {ENOUGH:.0} are enough for most scans: --every {:.0} takes that number",
+            (every as f64 * taken / ENOUGH).round()
+        ));
     }
-
-    /// The folder of the frames.
-    pub(super) fn folder(&self) -> &Path {
-        self.scratch.path()
+    let scratch =
+        Scratch::beside(out).map_err(|(path, source)| CliError::file("make a folder in", &path)(source))?;
+    talk.say(&format!("extracting the frames of {} with ffmpeg", path.display()));
+    for all_frames in ALL_FRAMES {
+        let mut command = ffmpeg("error", path)?;
+        // Not by its path, in which a % would stand for a number.
+        command.current_dir(scratch.path());
+        command.args(["-map", "0:v:0", "-pix_fmt", if wide { "gray16be" } else { "gray" }]).args(all_frames);
+        if every > 1 {
+            command.args(["-vf", &format!("select=not(mod(n\\,{every}))")]);
+        }
+        if let Some(most) = most {
+            command.args(["-frames:v", &most.to_string()]);
+        }
+        command.args(["-start_number", "0", NAMES]);
+        let output = run(command, path)?;
+        let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+        let knows_option = !said.contains("Unrecognized option");
+        if output.status.success() {
+            talk.say(
+                "note: most videos are compressed with loss, which limits accuracy; single images are better",
+            );
+            if !said.is_empty() {
+                talk.say(&format!("note: ffmpeg says: {}", last_line(&said)));
+            }
+            return Ok(scratch);
+        } else if knows_option {
+            return Err(refused(path, &said));
+        }
     }
+    Err(refused(path, "it knows none of our options"))
 }
 
-/// What ffmpeg says of a video.
-struct Described {
-    /// Whether its samples have more than 8 bit.
-    wide: bool,
-    /// About how many frames it has, if its length and its rate are told.
-    frames: Option<f64>,
-}
-
-fn describe(path: &Path) -> Result<Described, CliError> {
+/// What ffmpeg says of a video: whether its samples have more than 8 bit; about how many frames it has, if its length
+/// and its rate are told.
+fn describe(path: &Path) -> Result<(bool, Option<f64>), CliError> {
     // Without an output it ends with an error, after it has described the input.
     let said = run(ffmpeg("info", path)?, path)?;
     let said = String::from_utf8_lossy(&said.stderr).into_owned();
@@ -107,7 +89,7 @@ fn describe(path: &Path) -> Result<Described, CliError> {
     let video = video.ok_or_else(|| refused(path, &said))?;
     let words = video.split(|letter: char| !letter.is_ascii_alphanumeric());
     let wide = words.into_iter().any(|word| WIDE.iter().any(|wide| word.ends_with(wide)));
-    Ok(Described { wide, frames: frames_of(&said, video) })
+    Ok((wide, frames_of(&said, video)))
 }
 
 /// Length times rate: `Duration: 00:01:00.50, ...` and `..., 29.97 fps, ...`.
@@ -144,18 +126,9 @@ fn without_ffmpeg(path: &Path) -> String {
     format!(
         "{0} is a video, and the program ffmpeg, which reads videos, is not installed; install it, or run where it is: \
          mkdir {1} && ffmpeg -i {0} -fps_mode passthrough -pix_fmt gray {1}/{NAMES}   and then: epirig import {1} --out SEQ",
-        quoted(&path.to_string_lossy()),
-        quoted(&folder),
+        quoted(path),
+        quoted(folder.as_ref()),
     )
-}
-
-/// A name as a shell takes it.
-fn quoted(name: &str) -> String {
-    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./".contains(letter);
-    match !name.is_empty() && name.chars().all(is_plain) {
-        true => name.to_owned(),
-        false => format!("'{}'", name.replace('\'', r"'\''")),
-    }
 }
 
 fn refused(path: &Path, said: &str) -> CliError {
@@ -185,8 +158,6 @@ mod tests {
     #[test]
     fn names_of_videos_and_names_for_shells() {
         assert!(is_video_name(Path::new("a/Scan.MP4")) && !is_video_name(Path::new("a.png")));
-        assert_eq!(quoted("a/b-1.mp4"), "a/b-1.mp4");
-        assert_eq!(quoted("it's.mp4"), r"'it'\''s.mp4'");
         let words = without_ffmpeg(Path::new("my scan.mov"));
         assert!(
             words.contains("ffmpeg -i 'my scan.mov'") && words.contains("'my scan-frames'/frame_%06d.png")

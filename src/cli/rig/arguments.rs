@@ -6,10 +6,10 @@ use clap::Args;
 
 use super::camera::CameraArguments;
 use super::plan::PlanArguments;
-use super::profile::{Options, RigArgument};
+use super::profile::RigArgument;
 use super::stage::StageArguments;
 use crate::cli::CliError;
-use crate::profile::{Draft, Profile};
+use crate::profile::{Draft, Override, Profile};
 
 /// Options that describe a rig and a scan.
 #[derive(Debug, Args)]
@@ -27,19 +27,15 @@ pub(in crate::cli) struct RigArguments {
 impl RigArguments {
     /// The profile as a draft; what a person calls it; and the file that it is saved to.
     pub(in crate::cli) fn draft(&self) -> Result<(Draft, String, PathBuf), CliError> {
-        self.rig.draft(self.options())
+        self.rig.draft(self.changes())
     }
 
-    fn options(&self) -> Options {
-        let mut options = Options::default();
-        self.plan.options(&mut options);
-        self.stage.options(&mut options);
-        self.camera.options(&mut options);
-        options
+    fn changes(&self) -> Vec<Override> {
+        [self.plan.changes(), self.stage.changes(), self.camera.changes()].concat()
     }
 
     /// The profile with the changes that options make.
     pub(in crate::cli) fn profile(&self) -> Result<Profile, CliError> {
-        self.rig.profile(self.options())
+        self.rig.profile(self.changes())
     }
 }

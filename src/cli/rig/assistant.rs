@@ -9,15 +9,9 @@ use epirig_devices::camera::{Camera, ViewSwitch};
 
 /// The person at the terminal, or the simulation.
 pub(in crate::cli) struct Hands<'a> {
-    talk: &'a Talk,
+    pub(in crate::cli) talk: &'a Talk,
     /// Selects what a simulated camera sees.
-    view: Option<ViewSwitch>,
-}
-
-impl<'a> Hands<'a> {
-    pub(in crate::cli) fn new(talk: &'a Talk, view: Option<ViewSwitch>) -> Self {
-        Self { talk, view }
-    }
+    pub(in crate::cli) view: Option<ViewSwitch>,
 }
 
 impl Assistant for Hands<'_> {

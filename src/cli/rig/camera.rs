@@ -4,10 +4,10 @@ use clap::Args;
 
 use super::RigArgument;
 use super::key_options::{KeyGroup, KeyOption, KeyOptions};
-use super::profile::Options;
+use super::profile::given;
 use crate::cli::{CliError, Talk};
+use crate::profile::Override;
 use crate::rig::open_camera;
-use epirig_core::settings::quantity::{HZ, S, US};
 use epirig_devices::camera::{Camera, Configuration};
 use epirig_devices::stage::StagePosition;
 
@@ -19,7 +19,7 @@ impl KeyGroup for WhichCamera {
     const HEADING: &'static str = "The camera";
 
     fn options() -> Vec<KeyOption> {
-        KeyOption::plain("camera.device").into_iter().map(|option| option.named("camera")).collect()
+        KeyOption::all(&["camera.device"]).into_iter().map(|option| option.named("camera")).collect()
     }
 }
 
@@ -34,15 +34,15 @@ impl KeyGroup for CameraKeys {
     const HEADING: &'static str = WhichCamera::HEADING;
 
     fn options() -> Vec<KeyOption> {
-        let more = [
-            KeyOption::plain("camera.format"),
-            KeyOption::plain("camera.size"),
-            KeyOption::quantity("camera.rate", HZ),
-            KeyOption::quantity("camera.exposure", US),
-            KeyOption::plain("camera.bayer"),
-            KeyOption::quantity("camera.patience", S),
-        ];
-        WhichCamera::options().into_iter().chain(more.into_iter().flatten()).collect()
+        let more = KeyOption::all(&[
+            "camera.format",
+            "camera.size",
+            "camera.rate_hz",
+            "camera.exposure_us",
+            "camera.bayer",
+            "camera.patience_s",
+        ]);
+        WhichCamera::options().into_iter().chain(more).collect()
     }
 }
 
@@ -65,19 +65,17 @@ fn assignment(text: &str) -> Result<(String, String), String> {
 impl CameraArgument {
     /// Opens the camera; a simulated one looks at a stage that has not moved.
     pub(in crate::cli) fn open(&self, rig: &RigArgument) -> Result<Box<dyn Camera>, CliError> {
-        let mut options = Options::default();
-        self.options(&mut options);
-        Ok(open_camera(&rig.profile(options)?, &StagePosition::default())?.camera)
+        Ok(open_camera(&rig.profile(self.changes())?, &StagePosition::default())?.camera)
     }
 }
 
 impl CameraArguments {
     /// As keys of a profile.
-    pub(in crate::cli) fn options(&self, options: &mut Options) {
-        self.keys.options(options);
-        for (name, value) in &self.control {
-            options.add(&format!("camera.controls.{name}"), "--control", Some(value));
-        }
+    pub(in crate::cli) fn changes(&self) -> Vec<Override> {
+        let control = |(name, value): &(String, String)| {
+            given(&format!("camera.controls.{name}"), "--control", Some(value))
+        };
+        self.keys.changes().into_iter().chain(self.control.iter().flat_map(control)).collect()
     }
 }
 

@@ -5,8 +5,8 @@ use std::marker::PhantomData;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
-use super::profile::{Options, SHORT_NAMES};
-use crate::profile::key;
+use super::profile::{SHORT_NAMES, given};
+use crate::profile::{Override, key};
 use epirig_core::settings::quantity::{Unit, measure, number};
 use epirig_core::settings::{Key, Kind};
 
@@ -30,14 +30,19 @@ pub(in crate::cli) struct KeyOption {
 }
 
 impl KeyOption {
-    /// Of a key without a unit.
-    pub(in crate::cli) fn plain(path: &str) -> Option<Self> {
-        Some(Self::new(key(path)?, None))
+    /// Of the keys at these paths; that of a quantity ends with the unit of the option: `plan.step_mm`.
+    pub(in crate::cli) fn all(paths: &[&str]) -> Vec<Self> {
+        paths.iter().filter_map(|path| Self::at(path)).collect()
     }
 
-    /// Of a quantity, in `unit`.
-    pub(in crate::cli) fn quantity(path: &str, unit: Unit) -> Option<Self> {
-        Some(Self::new(key(path)?, Some(unit)))
+    fn at(path: &str) -> Option<Self> {
+        if let Some(plain) = key(path) {
+            return Some(Self::new(plain, None));
+        }
+        let (path, suffix) = path.rsplit_once('_')?;
+        let quantity = key(path)?;
+        let unit = quantity.kind.units().find(|unit| unit.suffix == suffix)?;
+        Some(Self::new(quantity, Some(unit)))
     }
 
     /// Of a key that only some drivers have, in its own unit.
@@ -109,17 +114,14 @@ fn with_unit(key: &Key, unit: Option<Unit>) -> String {
 /// What was given for the options of a group.
 #[derive(Debug)]
 pub(in crate::cli) struct KeyOptions<G> {
-    /// The key with its unit, the option, and the value.
-    given: Vec<(String, String, String)>,
+    given: Vec<Override>,
     group: PhantomData<G>,
 }
 
 impl<G: KeyGroup> KeyOptions<G> {
     /// As keys of a profile.
-    pub(in crate::cli) fn options(&self, options: &mut Options) {
-        for (key, option, value) in &self.given {
-            options.add(key, option, Some(value));
-        }
+    pub(in crate::cli) fn changes(&self) -> Vec<Override> {
+        self.given.clone()
     }
 }
 
@@ -133,7 +135,7 @@ impl<G: KeyGroup> FromArgMatches for KeyOptions<G> {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         let given = G::options().into_iter().filter_map(|option| {
             let value = matches.get_one::<String>(&option.name)?;
-            Some((option.path(value), format!("--{}", option.name), value.clone()))
+            given(&option.path(value), &format!("--{}", option.name), Some(value))
         });
         self.given = given.collect();
         Ok(())
@@ -156,7 +158,7 @@ mod tests {
     use super::super::plan::PlanKeys;
     use super::super::stage::StageKeys;
     use super::*;
-    use crate::profile::{Override, Profile};
+    use crate::profile::Profile;
 
     fn group<G: KeyGroup>(least: usize) {
         let options = G::options();
@@ -164,22 +166,16 @@ mod tests {
         assert!(options.len() >= least, "{}", G::HEADING);
         for option in options {
             let Some(default) = option.default().filter(|_| option.remark.is_empty()) else { continue };
-            let of_default =
-                Override { key: option.path(&default), value: default, from: format!("--{}", option.name) };
-            assert_eq!(Profile::of(&[of_default]), Profile::of(&[]), "--{}", option.name);
+            let of_default = given(&option.path(&default), &format!("--{}", option.name), Some(default));
+            assert_eq!(Profile::of(of_default.as_slice()), Profile::of(&[]), "--{}", option.name);
         }
     }
 
     #[test]
     fn a_value_may_have_a_unit_of_its_own() {
-        let step = KeyOption::quantity("plan.step", epirig_core::settings::quantity::MM).unwrap();
-        let profile = |value: &str| {
-            Profile::of(&[Override {
-                key: step.path(value),
-                value: value.to_owned(),
-                from: "--step-mm".to_owned(),
-            }])
-        };
+        let step = KeyOption::at("plan.step_mm").unwrap();
+        let profile =
+            |value: &str| Profile::of(given(&step.path(value), "--step-mm", Some(value)).as_slice());
         for value in ["1.5", "1.5 mm", "1500um"] {
             assert_eq!(profile(value).unwrap().plan.step_mm, Some(1.5), "{value}");
         }

@@ -1,7 +1,6 @@
 //! What is to be done with the rig.
 
 use super::key_options::{KeyGroup, KeyOption, KeyOptions};
-use epirig_core::settings::quantity::{MM, MS, PX, S};
 
 /// The plan of a scan.
 pub(in crate::cli) type PlanArguments = KeyOptions<PlanKeys>;
@@ -14,17 +13,14 @@ impl KeyGroup for PlanKeys {
     const HEADING: &'static str = "The plan";
 
     fn options() -> Vec<KeyOption> {
-        [
-            KeyOption::quantity("plan.step", MM),
-            KeyOption::plain("plan.frames"),
-            KeyOption::quantity("plan.start", MM),
-            KeyOption::quantity("plan.settle", MS),
-            KeyOption::plain("plan.average"),
-            KeyOption::quantity("limits.wait", S),
-            KeyOption::quantity("optics.focal_length", PX),
-        ]
-        .into_iter()
-        .flatten()
-        .collect()
+        KeyOption::all(&[
+            "plan.step_mm",
+            "plan.frames",
+            "plan.start_mm",
+            "plan.settle_ms",
+            "plan.average",
+            "limits.wait_s",
+            "optics.focal_length_px",
+        ])
     }
 }

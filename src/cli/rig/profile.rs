@@ -32,47 +32,25 @@ pub(in crate::cli) struct RigArgument {
     set: Vec<String>,
 }
 
-/// Options of the command line, as keys of a profile.
-#[derive(Debug, Default)]
-pub(in crate::cli) struct Options(Vec<Override>);
+/// What the option `from` says of a key, if it was given.
+pub(in crate::cli) fn given(key: &str, from: &str, value: Option<impl ToString>) -> Option<Override> {
+    Some(Override { key: key.to_owned(), value: value?.to_string(), from: from.to_owned() })
+}
 
-impl Options {
-    /// Adds the option `from` as `key`, if it was given.
-    pub(in crate::cli) fn add(&mut self, key: &str, from: &str, value: Option<impl ToString>) {
-        let value = value.map(|value| value.to_string());
-        self.0.extend(value.map(|value| Override { key: key.to_owned(), value, from: from.to_owned() }));
-    }
-
-    /// Adds a `--set`.
-    pub(in crate::cli) fn push(&mut self, value: Override) {
-        self.0.push(value);
-    }
-
-    /// Whether nothing was given.
-    pub(in crate::cli) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// The profile of a text with these changes; `source` is its name for messages.
-    pub(in crate::cli) fn profile(&self, text: &str, source: &str) -> Result<Profile, ProfileError> {
-        Profile::read(text, source, &self.0)
-    }
-
-    /// A profile with these changes.
-    pub(in crate::cli) fn over(&self, profile: Profile) -> Result<Profile, ProfileError> {
-        profile.changed(&self.0)
-    }
+/// What the values of `--set` say.
+pub(in crate::cli) fn given_by_set(texts: &[String]) -> Result<Vec<Override>, ProfileError> {
+    texts.iter().map(|text| Override::parse(text, "--set")).collect()
 }
 
 impl RigArgument {
     /// The profile with the changes of the environment, `--set` and other options; later ones win.
-    pub(in crate::cli) fn profile(&self, options: Options) -> Result<Profile, CliError> {
+    pub(in crate::cli) fn profile(&self, options: Vec<Override>) -> Result<Profile, CliError> {
         let (text, source, overrides) = self.parts(options)?;
         Ok(Profile::read(&text, &source, &overrides)?)
     }
 
     /// The same as a draft; what a person calls it; and the file that it is saved to.
-    pub(in crate::cli) fn draft(&self, options: Options) -> Result<(Draft, String, PathBuf), CliError> {
+    pub(in crate::cli) fn draft(&self, options: Vec<Override>) -> Result<(Draft, String, PathBuf), CliError> {
         let (text, source, overrides) = self.parts(options)?;
         let draft = Draft::read(&text, &source, &overrides)?;
         let file = self.file().filter(|path| simulated(path).is_none());
@@ -81,24 +59,21 @@ impl RigArgument {
     }
 
     /// The text of the profile, its name, and what replaces its values.
-    fn parts(&self, options: Options) -> Result<(String, String, Vec<Override>), CliError> {
+    fn parts(&self, options: Vec<Override>) -> Result<(String, String, Vec<Override>), CliError> {
         let (text, source) = match self.file() {
             None => (String::new(), String::new()),
             Some(path) => named_profile(&path)?,
         };
         let mut overrides = self.environment()?;
-        for text in &self.set {
-            overrides.push(Override::parse(text, "--set")?);
-        }
-        overrides.extend(options.0);
+        overrides.extend(given_by_set(&self.set)?);
+        overrides.extend(options);
         Ok((text, source, overrides))
     }
 
     /// The named profile, or if none is named, the recorded one; with the changes of `--set`. The default
     /// profile is not used: it belongs to another rig.
     pub(in crate::cli) fn over(&self, recorded: Option<Profile>) -> Result<Profile, CliError> {
-        let set: Result<Vec<_>, _> = self.set.iter().map(|text| Override::parse(text, "--set")).collect();
-        let set = set?;
+        let set = given_by_set(&self.set)?;
         match (&self.rig, recorded) {
             (Some(path), _) => {
                 let (text, source) = named_profile(path)?;
@@ -125,11 +100,7 @@ impl RigArgument {
         if self.rig.as_deref().is_none_or(|path| simulated(path).is_none()) {
             for (name, key) in SHORT_NAMES {
                 let value = std::env::var(name).ok().filter(|value| !value.is_empty());
-                overrides.extend(value.map(|value| Override {
-                    key: key.to_owned(),
-                    value,
-                    from: name.to_owned(),
-                }));
+                overrides.extend(given(key, name, value));
             }
         }
         overrides.extend(overrides_from_environment(std::env::vars_os())?);

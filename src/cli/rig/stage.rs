@@ -7,13 +7,13 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::key_options::{KeyGroup, KeyOption, KeyOptions};
-use super::profile::Options;
+use super::profile::RigArgument;
+use crate::cli::files::taken;
 use crate::cli::{CliError, Talk, interrupt};
-use crate::profile::Profile;
+use crate::profile::{Override, Profile};
 use crate::rig::RigStage;
-use epirig_core::settings::quantity::MM;
 use epirig_devices::link::{Link, LinkError, Recorder};
-use epirig_devices::stage::{Driver, Stage, StageError, StagePosition, StageSource, driver_keys, drivers};
+use epirig_devices::stage::{Driver, Stage, StageError, StageSource, driver_keys, drivers};
 
 /// Reads the name of a driver. Help and completions list all of them.
 pub(in crate::cli) fn driver(suits: impl Fn(Driver) -> bool) -> impl TypedValueParser<Value = Driver> {
@@ -31,14 +31,10 @@ impl KeyGroup for StageKeys {
     const HEADING: &'static str = "The stage";
 
     fn options() -> Vec<KeyOption> {
-        let common = [
-            KeyOption::plain("stage.port"),
-            KeyOption::plain("stage.driver"),
-            KeyOption::quantity("stage.approach", MM),
-            KeyOption::quantity("stage.tolerance", MM),
-        ];
+        let common =
+            KeyOption::all(&["stage.port", "stage.driver", "stage.approach_mm", "stage.tolerance_mm"]);
         let own = driver_keys().into_iter().map(|(key, drivers)| KeyOption::of_drivers(key, &drivers));
-        common.into_iter().flatten().chain(own).collect()
+        common.into_iter().chain(own).collect()
     }
 }
 
@@ -54,8 +50,8 @@ pub(in crate::cli) struct StageArguments {
 
 impl StageArguments {
     /// As keys of a profile.
-    pub(in crate::cli) fn options(&self, options: &mut Options) {
-        self.keys.options(options);
+    pub(in crate::cli) fn changes(&self) -> Vec<Override> {
+        self.keys.changes()
     }
 
     /// Where bytes are to be recorded.
@@ -66,7 +62,7 @@ impl StageArguments {
 
 /// The stage of a profile, connected as often as it takes. Ctrl-C stops the one that is connected.
 pub(in crate::cli) struct Stages<'a> {
-    stage: RigStage<'a>,
+    pub(in crate::cli) stage: RigStage<'a>,
     talk: &'a Talk,
 }
 
@@ -92,21 +88,6 @@ impl<'a> Stages<'a> {
     pub(in crate::cli) fn stopping(self) -> Self {
         Self { stage: self.stage.stopping(), ..self }
     }
-
-    /// Opens the line to the stage, without its driver.
-    pub(in crate::cli) fn line(&mut self, baud: u32) -> Result<Box<dyn Link>, LinkError> {
-        self.stage.line(baud)
-    }
-
-    /// A view on where the carriage truly is, of a simulated stage.
-    pub(in crate::cli) fn watch(&self) -> StagePosition {
-        self.stage.watch()
-    }
-
-    /// The path of the port.
-    pub(in crate::cli) fn port(&self) -> Result<String, LinkError> {
-        self.stage.port()
-    }
 }
 
 fn recorded(link: Box<dyn Link>, file: &File, dialect: &str) -> Result<Box<dyn Link>, LinkError> {
@@ -129,11 +110,34 @@ impl StageSource for Stages<'_> {
 
 fn create_new(path: &Path) -> Result<File, CliError> {
     File::create_new(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => {
-            CliError::usage(format!("{} exists already; give another name", path.display()))
-        }
+        std::io::ErrorKind::AlreadyExists => taken(path),
         _ => CliError::file("create", path)(error),
     })
+}
+
+/// The stage of a rig.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct WhichStage {
+    #[command(flatten)]
+    rig: RigArgument,
+    #[command(flatten)]
+    stage: StageArguments,
+}
+
+impl WhichStage {
+    pub(in crate::cli) fn profile(&self) -> Result<Profile, CliError> {
+        self.rig.profile(self.stage.changes())
+    }
+
+    /// Where bytes are to be recorded.
+    pub(in crate::cli) fn transcript(&self) -> Option<&Path> {
+        self.stage.transcript()
+    }
+
+    /// Connects to it; from then on Ctrl-C stops the stage.
+    pub(in crate::cli) fn connect(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
+        Ok(Stages::new(&self.profile()?, self.transcript(), talk)?.connect()?)
+    }
 }
 
 /// Home first, if asked to; with word of what homing found.
