@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::choice::choice;
+use super::files::{taken, write_new};
 use super::linearity::read_exposures;
 use super::need::{check, close_others, frames_of};
 use super::rig::RigArgument;
@@ -19,10 +20,10 @@ use crate::pipeline::{calibrate_sequence, calibration_need};
 use crate::profile::Profile;
 use crate::rig::calibration_plan;
 use epirig_calibration::lens::{LensEstimate, opencv_yaml, ros_camera_info};
-use epirig_calibration::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
+use epirig_calibration::photometry::{DarkRecord, FlatField, FlatMethod, FrameGains, HIGHEST_ORDER, Outcome};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};
-use epirig_data::storage::{ReadError, read_text};
+use epirig_data::storage::{ReadError, parent, read_text};
 
 /// Calibrate: illumination, lens, stage axis, positions of frames
 ///
@@ -59,7 +60,7 @@ pub(super) struct CalibrateVerb {
     /// Model of the flat field: auto (chosen by cross-validation), paper (polynomial of order 3), order:N,
     /// pixels, none
     #[arg(long, value_name = "METHOD", default_value = "auto", value_parser = parse_flat_field)]
-    flat_field: FlatField,
+    flat_field: FlatChoice,
     /// Do not subtract the dark level
     #[arg(long)]
     no_dark: bool,
@@ -84,21 +85,20 @@ pub(super) struct CalibrateVerb {
 
 /// Model of the flat field; `None` switches the correction off.
 #[derive(Debug, Clone, Copy)]
-struct FlatField(Option<FlatMethod>);
+struct FlatChoice(Option<FlatMethod>);
 
 impl CalibrateVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let sequence = Sequence::open(&self.seq)?;
-        self.anyway.check(&sequence, talk)?;
-        let folder = self.export_lens.as_deref().and_then(Path::parent);
-        if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        let sequence = self.anyway.open(&self.seq, talk)?;
+        let folder = self.export_lens.as_deref().map(parent);
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
             return Err(CliError::usage(format!(
                 "{}: the folder for --export-lens does not exist; create it first",
                 folder.display()
             )));
         }
         if let Some(path) = self.export_lens.as_deref().filter(|path| path.symlink_metadata().is_ok()) {
-            return Err(CliError::usage(format!("{} exists already; give another name", path.display())));
+            return Err(taken(path));
         }
         let plan = self.plan(&sequence)?;
         let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
@@ -110,12 +110,14 @@ impl CalibrateVerb {
             export(path, calibration)?;
         }
         tell(calibration, unfinished.as_ref(), talk);
+        // Pictures and maps.
+        let folder = Some(self.seq.join("calibration")).filter(|folder| folder.is_dir());
         talk.result(calibration, || {
             format!(
                 "{}wrote {}\n{}next: {}\n",
                 describe(calibration),
                 quoted(&self.seq.join(CALIBRATION)),
-                look_at(&self.seq.join("calibration")),
+                folder.map_or(String::new(), |folder| format!("look at {}\n", quoted(&folder))),
                 match_command(&self.seq)
             )
         })
@@ -140,12 +142,7 @@ impl CalibrateVerb {
     }
 }
 
-/// The line that names the folder of pictures and maps; empty if there is none.
-fn look_at(folder: &Path) -> String {
-    if folder.is_dir() { format!("look at {}\n", quoted(folder)) } else { String::new() }
-}
-
-fn parse_flat_field(text: &str) -> Result<FlatField, String> {
+fn parse_flat_field(text: &str) -> Result<FlatChoice, String> {
     let wrong = || {
         format!(
             "\"{text}\" is not a method; write auto, paper, order:0 to order:{HIGHEST_ORDER}, pixels or none"
@@ -155,13 +152,13 @@ fn parse_flat_field(text: &str) -> Result<FlatField, String> {
         "auto" => FlatMethod::Automatic,
         "paper" => FlatMethod::Polynomial(3),
         "pixels" => FlatMethod::PerPixel,
-        "none" => return Ok(FlatField(None)),
+        "none" => return Ok(FlatChoice(None)),
         other => {
             let order = other.strip_prefix("order:").and_then(|order| order.parse().ok());
             FlatMethod::Polynomial(order.filter(|order| *order <= HIGHEST_ORDER).ok_or_else(wrong)?)
         }
     };
-    Ok(FlatField(Some(method)))
+    Ok(FlatChoice(Some(method)))
 }
 
 fn parse_lens_file(text: &str) -> Result<PathBuf, String> {
@@ -219,7 +216,7 @@ fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {
     } else {
         opencv_yaml::write(rows, columns, &lens)
     };
-    super::files::write_new(path, text.as_bytes())
+    write_new(path, text.as_bytes())
 }
 
 /// Prints the calibration's notes and needs, and what failed when it was in place.
@@ -239,29 +236,16 @@ pub(super) fn tell(calibration: &Calibration, unfinished: Option<&CalibrateError
 pub(super) fn describe(calibration: &Calibration) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| text.push_str(&format!("{name:<19}{value}\n"));
-    line(
-        "dark level",
-        outcome(&calibration.photometry.dark, |dark| {
-            format!("{:.2} DN, {} frames", dark.level_dn, dark.frames)
-        }),
-    );
-    line(
-        "flat field",
-        outcome(&calibration.photometry.flat_field, |field| {
-            format!(
-                "corners {:.1} % darker{}, {} frames",
-                field.vignetting_percent,
-                unexplained(field.residual_rms_percent),
-                field.frames
-            )
-        }),
-    );
-    line(
-        "defective pixels",
-        outcome(&calibration.photometry.defective_pixels, |pixels| {
-            format!("{} replaced by their neighbours", pixels.len())
-        }),
-    );
+    let photometry = &calibration.photometry;
+    let dark = |dark: &DarkRecord| format!("{:.2} DN, {} frames", dark.level_dn, dark.frames);
+    line("dark level", outcome(&photometry.dark, dark));
+    let flat_field = |field: &FlatField| {
+        let rest = unexplained(field.residual_rms_percent);
+        format!("corners {:.1} % darker{rest}, {} frames", field.vignetting_percent, field.frames)
+    };
+    line("flat field", outcome(&photometry.flat_field, flat_field));
+    let replaced = |pixels: &Vec<_>| format!("{} replaced by their neighbours", pixels.len());
+    line("defective pixels", outcome(&photometry.defective_pixels, replaced));
     if let Some(linearity) = &calibration.linearity {
         line(
             "linearity",
@@ -273,12 +257,8 @@ pub(super) fn describe(calibration: &Calibration) -> String {
             ),
         );
     }
-    line(
-        "frames' brightness",
-        outcome(&calibration.frame_gains, |gains| {
-            format!("varies by {:.3} %, made even", 100.0 * gains.flicker)
-        }),
-    );
+    let even = |gains: &FrameGains| format!("varies by {:.3} %, made even", 100.0 * gains.flicker);
+    line("frames' brightness", outcome(&calibration.frame_gains, even));
     line("lens", lens(calibration));
     if let Some(stage_axis) = &calibration.stage_axis {
         line("roll", with_sigma(stage_axis.roll_deg, stage_axis.roll_sigma_deg, "deg"));

@@ -93,8 +93,7 @@ impl Compare {
             Some(parent) => (parent.to_owned(), path.to_owned()),
             None => (path.to_owned(), path.join("results")),
         };
-        let sequence = Sequence::open(&folder)?;
-        self.anyway.check(&sequence, talk)?;
+        let sequence = self.anyway.open(&folder, talk)?;
         let opened = open_results(&sequence, &results)?;
         Ok(Opened { sequence, results, opened })
     }

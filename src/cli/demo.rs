@@ -9,12 +9,13 @@ use serde::Serialize;
 use super::evaluate::table;
 use super::matching::describe;
 use super::need::{close_others, refuse_more_than_there_is};
-use super::run::{examine_shortly, measure_object};
-use super::scan::Devices;
+use super::rig::given;
+use super::run::{examine_shortly, measure_frames};
+use super::scan::{Course, Devices, scan};
 use super::surface::measure_surface;
 use super::{CliError, Talk};
 use crate::pipeline::{Frames, Measurement, match_need};
-use crate::profile::{Draft, Override, Profile, SIM};
+use crate::profile::{Draft, Profile, SIM};
 use crate::report::{Chart, MapPicture, Series, ValueRange, Window, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary, names};
 use epirig_core::grid::Grid;
@@ -96,14 +97,10 @@ impl Demo {
         let mut devices = Devices::of(&profile, None, talk)?;
         // The demo may use few pixels or much noise, so the checks before a scan do not stop it.
         examine_shortly(&mut devices, &profile, &out, talk)?;
-        let (measurement, results) = measure_object(
-            devices,
-            &profile,
-            &MatchOptions { reference: ReferenceFrame::Index(reference), ..MatchOptions::default() },
-            &out,
-            Some(&truth.disparity),
-            talk,
-        )?;
+        scan(devices, &out, Course::New, talk)?;
+        let options = MatchOptions { reference: ReferenceFrame::Index(reference), ..MatchOptions::default() };
+        let (measurement, results) =
+            measure_frames(&profile, (&options, false), &out, Some(&truth.disparity), talk)?;
         write_truth(&out.join("truth"), &truth)?;
         write_comparison(&results, &measurement, &truth, simulator.config().scene.distance_mm())?;
         results.commit()?;
@@ -142,9 +139,7 @@ impl Demo {
             )
         })
     }
-}
 
-impl Demo {
     /// Matching needs most memory; truth and frames fit into the same estimate.
     fn check_memory(&self, profile: &Profile) -> Result<(), CliError> {
         let (Some(size), Some(count)) = (profile.camera.size, profile.plan.frames) else { return Ok(()) };
@@ -164,45 +159,34 @@ impl Demo {
 
     /// The profile of the simulated rig of this demo.
     fn profile(&self) -> Result<Profile, CliError> {
-        let size = |default: u32| self.size.unwrap_or(default);
-        let frames = |default: u32| self.frames.unwrap_or(default);
-        let over = |travel_mm: f64, frames: u32| travel_mm / f64::from(frames - 1);
-        let settings = match self.scene {
-            SceneName::Tile => {
-                let (size, frames) = (size(1024), frames(101));
-                vec![
-                    ("camera.size", format!("{size}x{size}")),
-                    ("plan.frames", frames.to_string()),
-                    ("plan.step_mm", over(150.0, frames).to_string()),
-                ]
-            }
+        let (size, frames, travel_mm) = match self.scene {
+            SceneName::Tile => (1024, 101, 150.0),
             // The paper's synthetic experiment (section 5.1).
-            SceneName::CubeEdge => {
-                let (size, frames) = (size(512), frames(100));
-                vec![
-                    ("sim.scene", "cube-edge".to_owned()),
-                    ("camera.size", format!("{size}x{size}")),
-                    ("plan.frames", frames.to_string()),
-                    ("plan.step_mm", over(40.0, frames).to_string()),
-                    ("optics.focal_length_px", (1.6 * f64::from(size)).to_string()),
-                    ("optics.distance_mm", "500".to_owned()),
-                ]
-            }
+            SceneName::CubeEdge => (512, 100, 40.0),
         };
-        let noise = ("sim.noise_dn", self.noise.to_string());
-        // The simulated lens is exactly as stated.
-        let exact = ("optics.focal_length_sigma_percent", "0".to_owned());
-        let overrides = settings.into_iter().chain([noise, exact]).map(|(key, value)| Override {
-            key: key.to_owned(),
-            value,
-            from: "demo".to_owned(),
-        });
+        let (size, frames) = (self.size.unwrap_or(size), self.frames.unwrap_or(frames));
+        let mut settings = vec![
+            ("camera.size", format!("{size}x{size}")),
+            ("plan.frames", frames.to_string()),
+            ("plan.step_mm", (travel_mm / f64::from(frames - 1)).to_string()),
+            ("sim.noise_dn", self.noise.to_string()),
+            // The simulated lens is exactly as stated.
+            ("optics.focal_length_sigma_percent", "0".to_owned()),
+        ];
+        if let SceneName::CubeEdge = self.scene {
+            settings.extend([
+                ("sim.scene", "cube-edge".to_owned()),
+                ("optics.focal_length_px", (1.6 * f64::from(size)).to_string()),
+                ("optics.distance_mm", "500".to_owned()),
+            ]);
+        }
+        let overrides = settings.into_iter().filter_map(|(key, value)| given(key, "demo", Some(value)));
         let profile = Profile::read(SIM, "the simulated rig", &overrides.collect::<Vec<_>>())?;
         // The relief is that of the tile.
         let without = BTreeMap::from([("target.relief".to_owned(), String::new())]);
         Ok(match self.scene {
             SceneName::CubeEdge => Draft::of(&profile).changed(&without).profile()?,
-            _ => profile,
+            SceneName::Tile => profile,
         })
     }
 }

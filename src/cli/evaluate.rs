@@ -115,11 +115,10 @@ impl Evaluate {
     }
 
     fn volume(&self, talk: &Talk) -> Result<Volume, CliError> {
-        let sequence = Sequence::open(&self.seq)?;
-        self.anyway.check(&sequence, talk)?;
+        let sequence = self.anyway.open(&self.seq, talk)?;
         let calibration = read_calibration(&sequence)?;
         // Some checks hold more frames in memory than one match.
-        let frames = frames_of(&sequence, calibration.as_ref().map(|(calibration, _)| calibration));
+        let frames = frames_of(&sequence, calibration.as_ref());
         let twice = Frames { count: 2 * frames.count, ..frames };
         check("evaluating", match_need(twice, &self.matching.options()), talk, close_others)?;
         Ok(load(&sequence, calibration.as_ref(), talk)?)

@@ -13,6 +13,7 @@ use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, Calibration, read_calibration};
 use crate::pipeline::{Measurement, PipelineError, View, measure};
 use crate::results::{ANSWER_CLASSES, MatchSummary, ResultMap, ResultsFolder, ResultsKind, class_of, names};
+use epirig_calibration::photometry::Maps;
 use epirig_core::choice::Choice as _;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
@@ -70,20 +71,17 @@ fn classes() -> String {
 impl Match {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let options = self.matching.options();
-        let sequence = Sequence::open(&self.seq)?;
-        self.anyway.check(&sequence, talk)?;
+        let sequence = self.anyway.open(&self.seq, talk)?;
         let calibration = if self.as_captured { None } else { read_calibration(&sequence)? };
         self.tell_calibration(&sequence, calibration.is_some(), talk);
-        let record = sequence.record();
-        let (rows, columns) =
-            calibration.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
-                (calibration.mapping.camera.rows, calibration.mapping.camera.columns)
-            });
+        let used = calibration.as_ref();
+        let frames = frames_of(&sequence, used);
+        let (rows, columns) = (frames.rows, frames.columns);
         if let Some(row) = self.figure_row.filter(|&row| row >= rows) {
             let last = rows - 1;
             return Err(CliError::usage(format!("there is no row {row} to draw; the last is {last}")));
         }
-        options.check(rows, columns, sequence.frames().len())?;
+        options.check(rows, columns, frames.count)?;
         let region = self.region.region(rows, columns, talk)?;
         if let (Some(row), Some(inside)) = (self.figure_row, region.inside(rows, columns))
             && !inside.row(row).contains(&true)
@@ -96,14 +94,9 @@ impl Match {
         let folder = ResultsFolder::create(&out, ResultsKind::Match, self.overwrite)?;
         let surface = out.join("surface");
         let drops_surface = surface.exists();
-        check_match(
-            frames_of(&sequence, calibration.as_ref().map(|(calibration, _)| calibration)),
-            &options,
-            talk,
-        )?;
+        check_match(frames, &options, talk)?;
         let view = View { figure_row: self.figure_row, truth: None };
-        let used = calibration.as_ref().map(|(calibration, _)| calibration);
-        let measured = measure(&sequence, calibration.as_ref(), (&options, &region), view, &folder, talk);
+        let measured = measure(&sequence, used, (&options, &region), view, &folder, talk);
         if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
             let what = "no range of disparities is significant in the data";
             return Err(no_answer(&sequence, used, what, false));
@@ -118,25 +111,19 @@ impl Match {
             ));
         }
         advise(&measurement, &sequence, used, talk);
+        let has_answers = measurement.summary.median_disparity_px.is_some();
         talk.result(&measurement.summary, || {
-            let picture = out.join(names::DISPARITY);
-            match measurement.summary.median_disparity_px {
-                Some(_) => format!("{}look at {}\n", describe(&measurement), quoted(&picture)),
-                None => describe(&measurement),
-            }
+            let picture = format!("look at {}\n", quoted(&out.join(names::DISPARITY)));
+            describe(&measurement) + if has_answers { &picture } else { "" }
         })?;
-        match measurement.summary.median_disparity_px {
-            Some(_) => Ok(()),
-            None => {
-                let reasons = out.join(ResultMap::Mask.row().file);
-                let what = format!("no pixel has an answer ({} has the reasons)", reasons.display());
-                Err(no_answer(&sequence, used, &what, options.range.is_some()))
-            }
+        if has_answers {
+            return Ok(());
         }
+        let reasons = out.join(ResultMap::Mask.row().file);
+        let what = format!("no pixel has an answer ({} has the reasons)", reasons.display());
+        Err(no_answer(&sequence, used, &what, options.range.is_some()))
     }
-}
 
-impl Match {
     /// Reports whether a calibration is applied, if there is one or could be one.
     fn tell_calibration(&self, sequence: &Sequence, calibrated: bool, talk: &Talk) {
         let path = self.seq.join(CALIBRATION);
@@ -163,7 +150,7 @@ impl Match {
 pub(super) fn advise(
     measurement: &Measurement,
     sequence: &Sequence,
-    calibration: Option<&Calibration>,
+    calibration: Option<&(Calibration, Maps)>,
     talk: &Talk,
 ) {
     /// An object as small as this share of the frame may be what is left of a larger one.

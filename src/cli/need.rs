@@ -4,15 +4,16 @@ use super::{CliError, Talk};
 use crate::calibrate::Calibration;
 use crate::memory::{Available, Bound, available};
 use crate::pipeline::{Frames, frames_that_fit, match_need};
+use epirig_calibration::photometry::Maps;
 use epirig_core::fault::Blame;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
 
 /// Size of the frames as they are held for matching: rectified, if the sequence is calibrated.
-pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&Calibration>) -> Frames {
+pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&(Calibration, Maps)>) -> Frames {
     let record = sequence.record();
     let count = sequence.frames().len();
-    match calibration.map(|calibration| calibration.mapping.camera) {
+    match calibration.map(|(calibration, _)| calibration.mapping.camera) {
         Some(camera) => Frames { count, rows: camera.rows, columns: camera.columns, sample_bytes: 2 },
         None => Frames {
             count,

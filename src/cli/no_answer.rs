@@ -3,6 +3,7 @@
 use super::{CliError, motion_words};
 use crate::calibrate::Calibration;
 use epirig_calibration::motion::{Doubt, Motion, MotionCheck};
+use epirig_calibration::photometry::Maps;
 use epirig_core::fault::Blame;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
@@ -10,7 +11,7 @@ use epirig_data::sequence::Sequence;
 /// The failure of a match of which `what` is said, with what is measured in the frames; whether `has_range` was given.
 pub(super) fn no_answer(
     sequence: &Sequence,
-    calibration: Option<&Calibration>,
+    calibration: Option<&(Calibration, Maps)>,
     what: &str,
     has_range: bool,
 ) -> CliError {
@@ -19,14 +20,14 @@ pub(super) fn no_answer(
 }
 
 /// What the frames show that a match of them does not take for granted, if anything; with what helps.
-pub(super) fn cause(sequence: &Sequence, calibration: Option<&Calibration>) -> Option<String> {
+pub(super) fn cause(sequence: &Sequence, calibration: Option<&(Calibration, Maps)>) -> Option<String> {
     let (motion, calibrate) = measured(sequence, calibration);
     let doubts: Vec<String> = motion.doubts.iter().filter_map(|found| doubt(found, &calibrate)).collect();
     (!doubts.is_empty()).then(|| doubts.join("; "))
 }
 
 /// The motion in the frames, without what a calibration corrects; and the command that measures positions.
-fn measured(sequence: &Sequence, calibration: Option<&Calibration>) -> (Motion, String) {
+fn measured(sequence: &Sequence, calibration: Option<&(Calibration, Maps)>) -> (Motion, String) {
     let mut check = MotionCheck::new(sequence.frames().len());
     for frame in sequence.frames() {
         // A frame that cannot be read has been reported before anything was matched.
@@ -34,6 +35,7 @@ fn measured(sequence: &Sequence, calibration: Option<&Calibration>) -> (Motion, 
             check.look(&frame);
         }
     }
+    let calibration = calibration.map(|(calibration, _)| calibration);
     let places = match calibration {
         Some(calibration) => Some(calibration.positions.tau.clone()),
         None => sequence.positions_mm(),

@@ -10,7 +10,6 @@ use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::pipeline::{rectification_need, rectify_sequence};
 use epirig_core::shell::quoted;
-use epirig_data::sequence::Sequence;
 
 /// Write corrected and rectified frames as a new sequence
 ///
@@ -34,15 +33,14 @@ pub(super) struct Rectify {
 
 impl Rectify {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let sequence = Sequence::open(&self.seq)?;
-        self.anyway.check(&sequence, talk)?;
+        let sequence = self.anyway.open(&self.seq, talk)?;
         let calibration = read_calibration(&sequence)?.ok_or_else(|| {
             CliError::usage(format!(
                 "{0} has no {CALIBRATION}, which rectification needs; run `epirig calibrate {0}` first",
                 self.seq.display()
             ))
         })?;
-        let need = rectification_need(frames_of(&sequence, Some(&calibration.0)));
+        let need = rectification_need(frames_of(&sequence, Some(&calibration)));
         check("rectifying", need, talk, close_others)?;
         let derived = rectify_sequence(&sequence, &calibration, &self.out, talk)?;
         if derived.intrinsics.is_none() {

@@ -69,9 +69,10 @@ impl Run {
             refuse_if_bad(&report)?;
         }
         // A wrong option is reported before the scan, which may take an hour.
+        let options = self.matching.options();
         let configuration = devices.camera.configure(&devices.plan.camera)?;
         let frames = devices.plan.positions_mm.len();
-        self.matching.options().check(configuration.rows, configuration.columns, frames)?;
+        options.check(configuration.rows, configuration.columns, frames)?;
         let deep = configuration.bit_depth > 8 || devices.plan.averaged > 1 || can_be_calibrated(&profile);
         let held = Frames {
             count: frames,
@@ -79,11 +80,10 @@ impl Run {
             columns: configuration.columns,
             sample_bytes: if deep { 2 } else { 1 },
         };
-        check_match(held, &self.matching.options(), talk)?;
-        let options = self.matching.options();
+        check_match(held, &options, talk)?;
         let captured = scan(devices, &self.out, Course::New, talk)
             .inspect_err(|error| tell_how_to_go_on(error, &self.out, &self.matching, talk))?;
-        measure_captured(&captured, &self.out, &profile, (&options, Existing::Refused), talk)
+        measure_captured(&captured, &self.out, &profile, (&options, false), talk)
     }
 }
 
@@ -96,27 +96,20 @@ fn tell_how_to_go_on(error: &CliError, folder: &Path, matching: &MatchArguments,
     }
 }
 
-/// What becomes of a calibration and of results that exist.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Existing {
-    Refused,
-    /// They are those of fewer frames.
-    Replaced,
-}
-
-/// Measures the sequence in `folder`, which was captured, and prints the results.
+/// Measures the sequence in `folder`, which was captured, and prints the results. With `overwrite`, a
+/// calibration and results that exist are replaced.
 pub(super) fn measure_captured(
     captured: &Captured,
     folder: &Path,
     profile: &Profile,
-    (options, existing): (&MatchOptions, Existing),
+    (options, overwrite): (&MatchOptions, bool),
     talk: &Talk,
 ) -> Result<(), CliError> {
-    let (measurement, results) = measure_frames(profile, options, folder, None, existing, talk)?;
+    let (measurement, results) = measure_frames(profile, (options, overwrite), folder, None, talk)?;
     results.commit()?;
     let sequence = Sequence::open(folder)?;
     let calibration = read_calibration(&sequence)?;
-    advise(&measurement, &sequence, calibration.as_ref().map(|(calibration, _)| calibration), talk);
+    advise(&measurement, &sequence, calibration.as_ref(), talk);
     let results = folder.join("results");
     let surface = measure_surface(folder, &results, talk);
     let found = surface.as_ref();
@@ -148,41 +141,26 @@ pub(super) fn examine_shortly(
     Ok(report)
 }
 
-/// Runs all steps from the rig to the results; each works on the files of the one before in `folder`. `truth`
-/// is drawn beside the disparity and used for nothing else.
-pub(super) fn measure_object(
-    devices: Devices<'_>,
+/// The steps after the scan: calibrates, if there is anything to calibrate with, and matches. `truth` is
+/// drawn beside the disparity and used for nothing else. The results are not yet moved into place.
+pub(super) fn measure_frames(
     profile: &Profile,
-    options: &MatchOptions,
+    (options, overwrite): (&MatchOptions, bool),
     folder: &Path,
     truth: Option<&Grid<f32>>,
     talk: &Talk,
 ) -> Result<(Measurement, ResultsFolder), CliError> {
-    scan(devices, folder, Course::New, talk)?;
-    measure_frames(profile, options, folder, truth, Existing::Refused, talk)
-}
-
-/// The steps after the scan: calibrates, if there is anything to calibrate with, and matches. The results are not
-/// yet moved into place.
-fn measure_frames(
-    profile: &Profile,
-    options: &MatchOptions,
-    folder: &Path,
-    truth: Option<&Grid<f32>>,
-    existing: Existing,
-    talk: &Talk,
-) -> Result<(Measurement, ResultsFolder), CliError> {
-    let (sequence, replace) = (Sequence::open(folder)?, existing == Existing::Replaced);
+    let sequence = Sequence::open(folder)?;
     let calibration = if can_be_calibrated(profile) {
         let record = sequence.record();
         let plan = calibration_plan(profile, record.columns, record.rows);
-        let (found, unfinished) = calibrate_sequence(&sequence, &plan, replace, talk)?;
+        let (found, unfinished) = calibrate_sequence(&sequence, &plan, overwrite, talk)?;
         tell(&found.calibration, unfinished.as_ref(), talk);
         Some((found.calibration, found.maps))
     } else {
         None
     };
-    let results = ResultsFolder::create(&folder.join("results"), ResultsKind::Match, replace)?;
+    let results = ResultsFolder::create(&folder.join("results"), ResultsKind::Match, overwrite)?;
     let view = View { figure_row: None, truth };
     let measurement =
         measure(&sequence, calibration.as_ref(), (options, &Region::default()), view, &results, talk)?;

@@ -1,5 +1,7 @@
 //! Scans that did not end as complete.
 
+use std::path::Path;
+
 use clap::Args;
 
 use super::verify::refuse_another_rig;
@@ -24,9 +26,10 @@ pub(super) fn tell_results(summary: &MatchSummary, talk: &Talk) {
 }
 
 impl AnywayArgument {
-    /// Refuses a scan whose positions are wrong, unless the option accepts them, and one whose records
-    /// contradict its rig. Reports the end of a scan that is not complete.
-    pub(super) fn check(self, sequence: &Sequence, talk: &Talk) -> Result<(), CliError> {
+    /// Opens a sequence. Refuses a scan whose positions are wrong, unless the option accepts them, and one
+    /// whose records contradict its rig. Reports the end of a scan that is not complete.
+    pub(super) fn open(self, folder: &Path, talk: &Talk) -> Result<Sequence, CliError> {
+        let sequence = Sequence::open(folder)?;
         if !self.anyway {
             sequence.check_closed()?;
         }
@@ -38,12 +41,12 @@ impl AnywayArgument {
             return Err(error.into());
         }
         // A rig recorded by another version may be unreadable, and is not needed here.
-        if let Ok(Some(rig)) = Profile::of_sequence(sequence) {
-            refuse_another_rig(sequence, &rig)?;
+        if let Ok(Some(rig)) = Profile::of_sequence(&sequence) {
+            refuse_another_rig(&sequence, &rig)?;
         }
         if let Some(words) = sequence.end_in_words() {
             talk.say(&format!("note: {words}"));
         }
-        Ok(())
+        Ok(sequence)
     }
 }

@@ -85,53 +85,61 @@ pub(super) struct Surface {
 
 impl Surface {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let sequence = Sequence::open(&self.seq)?;
-        self.anyway.check(&sequence, talk)?;
+        let sequence = self.anyway.open(&self.seq, talk)?;
         let results = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
-        let opened = open_results(&sequence, &results)?;
-        let heights = heights(&opened, &sequence, &results, talk)?;
-        let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
-        let line = self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1)));
-        let region = self.region.region(rows, columns, talk)?;
-        let steps = steps_options(&opened.matched.settings, self.trend);
-        let filters = Filters { s_filter_mm: self.s_filter_mm, l_filter_mm: self.l_filter_mm };
-        filters.check(heights.pixel_mm()).map_err(|error| CliError::usage(error.to_string()))?;
-        let questions = SurfaceQuestions {
-            steps,
-            region,
-            with_target: self.with_target,
-            line,
-            profile_width_px: self.profile_width as usize,
-            filters,
-        };
-        let out = self.out.unwrap_or_else(|| results.join("surface"));
-        let folder = ResultsFolder::create(&out, ResultsKind::Surface, self.overwrite)?;
-        let halves = halves(&sequence, &opened, talk)?;
-        let measured =
-            MeasuredSurface { sequence: &sequence, opened: &opened, heights, halves: halves.as_ref() };
-        let summary = inspect_surface(measured, &questions, &folder)?;
-        folder.commit()?;
+        let out = self.out.clone().unwrap_or_else(|| results.join("surface"));
+        let ask = |opened: &OpenedResults, heights: &Heights| self.questions(opened, heights, talk);
+        let summary = measured(&sequence, &results, (&out, self.overwrite), ask, talk)?;
         talk.result(&summary, || {
             format!("{}look at {}\n", describe(&summary), quoted(&out.join(names::REPORT)))
         })
     }
+
+    fn questions(
+        &self,
+        opened: &OpenedResults,
+        heights: &Heights,
+        talk: &Talk,
+    ) -> Result<SurfaceQuestions, CliError> {
+        let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
+        let region = self.region.region(rows, columns, talk)?;
+        let filters = Filters { s_filter_mm: self.s_filter_mm, l_filter_mm: self.l_filter_mm };
+        filters.check(heights.pixel_mm()).map_err(CliError::usage)?;
+        Ok(SurfaceQuestions {
+            steps: steps_options(&opened.matched.settings, self.trend),
+            region,
+            with_target: self.with_target,
+            line: self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1))),
+            profile_width_px: self.profile_width as usize,
+            filters,
+        })
+    }
+}
+
+/// Measures what `ask` asks of the surface of `results`, into a folder that is replaced with `overwrite`.
+fn measured(
+    sequence: &Sequence,
+    results: &Path,
+    (out, overwrite): (&Path, bool),
+    ask: impl FnOnce(&OpenedResults, &Heights) -> Result<SurfaceQuestions, CliError>,
+    talk: &Talk,
+) -> Result<SurfaceSummary, CliError> {
+    let opened = &open_results(sequence, results)?;
+    let need = surface_need(opened.disparity.rows(), opened.disparity.columns());
+    check("analysing the surface", need, talk, close_others)?;
+    let heights = known_heights(opened, sequence, results)?;
+    let questions = ask(opened, heights)?;
+    let folder = ResultsFolder::create(out, ResultsKind::Surface, overwrite)?;
+    let halves = halves(sequence, opened, talk)?;
+    let measured = MeasuredSurface { sequence, opened, heights, halves: halves.as_ref() };
+    let summary = inspect_surface(measured, &questions, &folder)?;
+    folder.commit()?;
+    Ok(summary)
 }
 
 /// Why there are no heights, and what to do.
-pub(super) const NO_GEOMETRY: &str = "focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the \
+const NO_GEOMETRY: &str = "focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the \
                                       sequence";
-
-/// The heights of `opened`, or why there are none; refuses what does not fit into memory.
-fn heights<'a>(
-    opened: &'a OpenedResults,
-    sequence: &Sequence,
-    results: &Path,
-    talk: &Talk,
-) -> Result<&'a Heights, CliError> {
-    let need = surface_need(opened.disparity.rows(), opened.disparity.columns());
-    check("analysing the surface", need, talk, close_others)?;
-    known_heights(opened, sequence, results)
-}
 
 /// The heights of `opened`, or why there are none.
 pub(super) fn known_heights<'a>(
@@ -179,24 +187,16 @@ pub(super) fn measure_surface(
     results: &Path,
     talk: &Talk,
 ) -> Option<(SurfaceSummary, PathBuf)> {
-    usual_surface(folder, results, talk)
-        .inspect_err(|error| talk.say(&format!("note: the surface was not measured: {}", error.message)))
-        .ok()
-}
-
-fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceSummary, PathBuf), CliError> {
-    let sequence = &Sequence::open(folder)?;
-    let opened = open_results(sequence, results)?;
-    let heights = heights(&opened, sequence, results, talk)?;
-    let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
-    let questions = SurfaceQuestions::usual(steps);
     let out = results.join("surface");
-    let folder = ResultsFolder::create(&out, ResultsKind::Surface, false)?;
-    let halves = halves(sequence, &opened, talk)?;
-    let measured = MeasuredSurface { sequence, opened: &opened, heights, halves: halves.as_ref() };
-    let summary = inspect_surface(measured, &questions, &folder)?;
-    folder.commit()?;
-    Ok((summary, out.join(names::REPORT)))
+    let usual = |opened: &OpenedResults, _: &Heights| {
+        Ok(SurfaceQuestions::usual(steps_options(&opened.matched.settings, TrendKind::Quadric)))
+    };
+    let sequence = Sequence::open(folder).map_err(CliError::from);
+    let summary = sequence
+        .and_then(|sequence| measured(&sequence, results, (&out, false), usual, talk))
+        .inspect_err(|error| talk.say(&format!("note: the surface was not measured: {}", error.message)))
+        .ok()?;
+    Some((summary, out.join(names::REPORT)))
 }
 
 /// Where the surface is, in a line.
