@@ -7,8 +7,7 @@ use super::camera::ControlOutput;
 use super::{CliError, Talk};
 use epirig_devices::camera::pixels::PixelFormat;
 use epirig_devices::camera::{
-    Camera, CameraError, CameraIdentity, Control, Interval, OfferedFormat, Sizes, V4l2Camera, V4l2Device,
-    cameras,
+    Camera, CameraError, CameraIdentity, Interval, OfferedFormat, Sizes, V4l2Camera, V4l2Device, cameras,
 };
 use epirig_devices::link::{LinkError, PortFacts, holder, ports};
 
@@ -117,7 +116,7 @@ impl Devices {
         for identity in cameras.iter().flatten() {
             let (output, lines) = look_at(identity);
             text += &lines;
-            found.cameras.iter_mut().for_each(|cameras| cameras.push(output_of(identity, &output)));
+            found.cameras.get_or_insert_default().push(output);
         }
         for (what, count, at) in [
             ("serial port", ports.as_ref().map(Vec::len), PORTS_AT),
@@ -154,31 +153,39 @@ fn port_output(port: &PortFacts, used_by: Option<i32>) -> Port {
     Port { path: port.path.clone(), usb, used_by }
 }
 
-type Abilities = Result<(Vec<OfferedFormat>, Vec<Control>), CameraError>;
-
-/// The formats and controls of a camera, as data and as text.
-fn look_at(identity: &CameraIdentity) -> (Abilities, String) {
-    let ask = || -> Abilities {
+/// A camera as data and as text, with its formats and controls if it tells them.
+fn look_at(identity: &CameraIdentity) -> (CameraOutput, String) {
+    let ask = || -> Result<_, CameraError> {
         let mut camera = V4l2Camera::new(V4l2Device::open(&identity.name())?);
         Ok((camera.offered()?, camera.controls()?))
     };
-    let abilities = ask();
     let mut text = format!("{identity}\n");
-    match &abilities {
-        Err(error) => text += &format!("  {error}\n"),
-        Ok((formats, controls)) => {
-            let (known, other): (Vec<_>, Vec<_>) =
-                formats.iter().partition(|format| PixelFormat::from_four_cc(format.four_cc).is_some());
-            for format in known {
-                text += &format!("  format {:<7} {}\n", format.four_cc.to_string(), sizes(&format.sizes));
-            }
-            if !other.is_empty() {
-                text += &format!("  and {} formats that epirig cannot decode\n", other.len());
-            }
-            controls.iter().for_each(|control| text += &format!("  control {control}\n"));
-        }
+    let (formats, controls, trouble) = match ask() {
+        Ok((formats, controls)) => (formats, controls, None),
+        Err(error) => (Vec::new(), Vec::new(), Some(error.to_string())),
+    };
+    text.extend(trouble.iter().map(|trouble| format!("  {trouble}\n")));
+    let (known, other): (Vec<_>, Vec<_>) =
+        formats.iter().partition(|format| PixelFormat::from_four_cc(format.four_cc).is_some());
+    for format in known {
+        text += &format!("  format {:<7} {}\n", format.four_cc.to_string(), sizes(&format.sizes));
     }
-    (abilities, text)
+    if !other.is_empty() {
+        text += &format!("  and {} formats that epirig cannot decode\n", other.len());
+    }
+    text.extend(controls.iter().map(|control| format!("  control {control}\n")));
+    let output = CameraOutput {
+        path: identity.path.clone(),
+        model: identity.model.clone(),
+        driver: identity.driver.clone(),
+        bus: identity.bus.clone(),
+        usb_serial_number: identity.serial_number.clone(),
+        links: identity.links.clone(),
+        formats: formats.iter().map(format_output).collect(),
+        controls: controls.iter().map(ControlOutput::from).collect(),
+        trouble,
+    };
+    (output, text)
 }
 
 fn sizes(sizes: &Sizes) -> String {
@@ -196,24 +203,6 @@ fn sizes(sizes: &Sizes) -> String {
             });
             each.collect::<Vec<_>>().join(", ")
         }
-    }
-}
-
-fn output_of(identity: &CameraIdentity, abilities: &Abilities) -> CameraOutput {
-    let (formats, controls) = match abilities {
-        Ok((formats, controls)) => (formats.as_slice(), controls.as_slice()),
-        Err(_) => (&[][..], &[][..]),
-    };
-    CameraOutput {
-        path: identity.path.clone(),
-        model: identity.model.clone(),
-        driver: identity.driver.clone(),
-        bus: identity.bus.clone(),
-        usb_serial_number: identity.serial_number.clone(),
-        links: identity.links.clone(),
-        formats: formats.iter().map(format_output).collect(),
-        controls: controls.iter().map(ControlOutput::from).collect(),
-        trouble: abilities.as_ref().err().map(ToString::to_string),
     }
 }
 
