@@ -1,7 +1,7 @@
 //! Available memory, checked before work that needs much of it.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What limits the memory of this program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,19 +90,14 @@ fn left_by_groups(root: &Path) -> Option<u64> {
 fn left_by(mounted: &Path, path: &str, [limit, used, kept, kept_too]: [&str; 4]) -> Option<u64> {
     let number = |group: &Path, name: &str| read(&group.join(name))?.trim().parse::<u64>().ok();
     // Inside a name space, a group seen from outside is above the root.
-    let mut group: PathBuf = mounted.join(path.trim_start_matches('/').trim_start_matches("../"));
-    let mut least = None;
-    loop {
-        if let (Some(limit), Some(used)) = (number(&group, limit), number(&group, used)) {
-            let stat = read(&group.join("memory.stat")).unwrap_or_default();
-            let kept = [kept, kept_too].into_iter().filter_map(|word| entry(&stat, word)).sum::<u64>();
-            let left = limit.saturating_sub(used.saturating_sub(kept));
-            least = Some(least.map_or(left, |least: u64| least.min(left)));
-        }
-        if group == *mounted || !group.pop() {
-            return least;
-        }
-    }
+    let innermost = mounted.join(path.trim_start_matches('/').trim_start_matches("../"));
+    let left = |group: &Path| {
+        let (limit, used) = (number(group, limit)?, number(group, used)?);
+        let stat = read(&group.join("memory.stat")).unwrap_or_default();
+        let kept = [kept, kept_too].into_iter().filter_map(|word| entry(&stat, word)).sum::<u64>();
+        Some(limit.saturating_sub(used.saturating_sub(kept)))
+    };
+    innermost.ancestors().take_while(|group| group.starts_with(mounted)).filter_map(left).min()
 }
 
 /// Memory left by `ulimit -v` and `-d`.
