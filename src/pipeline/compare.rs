@@ -4,6 +4,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::{OpenedResults, PipelineError, matched_frame, steps_options};
+use crate::report::csv::table;
 use crate::report::{MapPicture, Millimetres, ReportError, ValueRange};
 use crate::results::{MaskFacts, Region, ResultMap, ResultsError, ResultsFolder, ResultsKind, names};
 use epirig_calibration::registration::{ShiftError, Similarity, similarity_between};
@@ -247,10 +248,9 @@ fn write(
 }
 
 fn places_csv(places: &[Place]) -> String {
-    let mut text = "centre_x_px,centre_y_px,area_px,area_mm2,mean_mm,largest_mm,volume_mm3\n".to_owned();
-    for place in places {
+    let rows = places.iter().map(|place| {
         let Place { centre_px: (x, y), area_px, area_mm2, mean_mm, largest_mm, volume_mm3 } = place;
-        text.push_str(&format!("{x},{y},{area_px},{area_mm2},{mean_mm},{largest_mm},{volume_mm3}\n"));
-    }
-    text
+        format!("{x},{y},{area_px},{area_mm2},{mean_mm},{largest_mm},{volume_mm3}")
+    });
+    table("centre_x_px,centre_y_px,area_px,area_mm2,mean_mm,largest_mm,volume_mm3", rows)
 }

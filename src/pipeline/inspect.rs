@@ -1,6 +1,7 @@
 //! Analyses a surface, and writes files and pictures.
 
 use super::{OpenedResults, PipelineError};
+use crate::report::csv::{number, table};
 use crate::report::{Chart, MapPicture, Marks, Millimetres, Series, Window, class_picture};
 use crate::results::{
     Conclusion, FieldSummary, LevelsSummary, Region, ResultMap, ResultsFolder, ResultsKind, SurfaceSummary,
@@ -273,26 +274,19 @@ pub(super) fn write_answers(
     Ok(())
 }
 
-fn number(value: f64) -> String {
-    if value.is_nan() { "nan".to_owned() } else { value.to_string() }
-}
-
 /// `profile.csv`: a line for each point.
 pub fn profile_csv(profile: &Profile) -> String {
-    let mut text = "x_px,y_px,distance_mm,height_mm,sigma_mm\n".to_owned();
-    for point in &profile.points {
-        let fields = [point.x_px, point.y_px, point.distance_mm, point.height_mm, point.sigma_mm].map(number);
-        text.push_str(&(fields.join(",") + "\n"));
-    }
-    text
+    let rows = profile.points.iter().map(|point| {
+        [point.x_px, point.y_px, point.distance_mm, point.height_mm, point.sigma_mm].map(number).join(",")
+    });
+    table("x_px,y_px,distance_mm,height_mm,sigma_mm", rows)
 }
 
 fn parts_csv(levels: &LevelsSummary) -> String {
-    let mut text = "centre_x_px,centre_y_px,area_px,area_mm2,used_px,depth_mm,sigma_mm,half_width_95_mm,scale_sigma_mm\n".to_owned();
-    for part in &levels.parts {
+    let rows = levels.parts.iter().map(|part| {
         let known = |value: Option<f64>| number(value.unwrap_or(f64::NAN));
         let depth = &part.depth;
-        let fields = [
+        [
             number(part.centre_x_px),
             number(part.centre_y_px),
             part.area_px.to_string(),
@@ -302,10 +296,12 @@ fn parts_csv(levels: &LevelsSummary) -> String {
             known(depth.sigma_mm),
             known(depth.half_width_95_mm),
             number(depth.scale_sigma_mm),
-        ];
-        text.push_str(&(fields.join(",") + "\n"));
-    }
-    text
+        ]
+        .join(",")
+    });
+    let head =
+        "centre_x_px,centre_y_px,area_px,area_mm2,used_px,depth_mm,sigma_mm,half_width_95_mm,scale_sigma_mm";
+    table(head, rows)
 }
 
 /// The profile between the two levels, as in the paper's last figure.

@@ -5,7 +5,7 @@ mod calibration;
 mod canvas;
 mod chart;
 mod cost_image;
-mod csv;
+pub(crate) mod csv;
 mod figures;
 mod frame_picture;
 mod heading;
