@@ -14,12 +14,12 @@ pub enum ResultsKind {
 impl ResultsKind {
     pub(super) const ALL: [Self; 3] = [Self::Match, Self::Surface, Self::Compare];
 
-    /// Its verb, its record, and the version of that.
-    const fn row(self) -> (&'static str, &'static str, u32) {
+    /// Its verb, its record, the version of that, and its subfolders.
+    const fn row(self) -> (&'static str, &'static str, u32, &'static [&'static str]) {
         match self {
-            Self::Match => ("match", "match.json", 6),
-            Self::Surface => ("surface", "surface.json", 5),
-            Self::Compare => ("compare", "compare.json", 2),
+            Self::Match => ("match", "match.json", 6, &["figures", "surface"]),
+            Self::Surface => ("surface", "surface.json", 5, &[]),
+            Self::Compare => ("compare", "compare.json", 2, &[]),
         }
     }
 
@@ -40,9 +40,6 @@ impl ResultsKind {
 
     /// Its subfolders.
     pub(super) const fn folders(self) -> &'static [&'static str] {
-        match self {
-            Self::Match => &["figures", "surface"],
-            Self::Surface | Self::Compare => &[],
-        }
+        self.row().3
     }
 }

@@ -276,13 +276,10 @@ impl Import {
 /// The next command: calibration if there is anything to calibrate with or to measure, else the match.
 fn next(out: &Path, profile: Option<&Profile>, imported: &Imported, is_uneven: bool) -> String {
     let has_target = profile.is_some_and(|profile| profile.target.print().is_some());
-    match has_target || !imported.calibration_frames.is_empty() {
-        // A target tells the positions.
-        true if is_uneven && !has_target => format!("calibrate {} --positions texture", quoted(out)),
-        true => format!("calibrate {}", quoted(out)),
-        false if is_uneven => format!("calibrate {} --positions texture", quoted(out)),
-        false => format!("match {}", quoted(out)),
-    }
+    let calibrates = has_target || is_uneven || !imported.calibration_frames.is_empty();
+    // A target tells the positions.
+    let positions = if is_uneven && !has_target { " --positions texture" } else { "" };
+    format!("{} {}{positions}", if calibrates { "calibrate" } else { "match" }, quoted(out))
 }
 
 /// The numbers of calibration frames, as text.

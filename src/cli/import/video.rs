@@ -21,7 +21,6 @@ const ALL_FRAMES: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"
 const MANY: f64 = 400.0;
 /// ... of which about this number is enough: twice as many make a map less than 1.5 times as good.
 const ENOUGH: f64 = 100.0;
-/// Names of the frames.
 const NAMES: &str = "frame_%06d.png";
 
 /// Whether the name ends as that of a video.

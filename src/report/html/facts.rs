@@ -13,9 +13,15 @@ use maud::{Markup, html};
 pub(super) fn verdict(report: &Report<'_>) -> Markup {
     let conclusion = &report.surface.conclusion;
     let unplanned = conclusion.as_planned == Some(false);
+    let ended = &report.matched.scan_ended;
     html! {
         p.verdict.unplanned[unplanned] { (typographic(&conclusion.sentence)) }
-        (ended(report))
+        @match &report.scan.end_in_words {
+            Some(words) => p.bad role="note" { strong { "Warning: " (words) " (recorded as " (ended) ")" } }
+            None => p {
+                "The scan is " (ended) ": all " (report.scan.record.frames) " planned frames are there."
+            }
+        }
         p {
             "Sequence " (report.name) ", begun " (moment(&report.scan.record.created))
             "; this report was made " (moment(&report.made)) "."
@@ -28,19 +34,6 @@ fn typographic(sentence: &str) -> String {
     let mut letters = sentence.replace("+-", "\u{b1}").chars().collect::<Vec<_>>();
     letters.iter_mut().take(1).for_each(|first| first.make_ascii_uppercase());
     letters.into_iter().chain(['.']).collect()
-}
-
-/// How the scan ended, in red words if not well.
-fn ended(report: &Report<'_>) -> Markup {
-    let how = &report.matched.scan_ended;
-    html! {
-        @match &report.scan.end_in_words {
-            Some(words) => p.bad role="note" { strong { "Warning: " (words) " (recorded as " (how) ")" } }
-            None => p {
-                "The scan is " (how) ": all " (report.scan.record.frames) " planned frames are there."
-            }
-        }
-    }
 }
 
 pub(super) fn facts(report: &Report<'_>, height: Markup) -> Markup {

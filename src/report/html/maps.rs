@@ -7,7 +7,6 @@ use crate::number::share;
 use crate::report::{MapPicture, Millimetres, ReportError, ValueRange, Window, class_picture};
 use crate::results::{ResultMap, class_of, reason};
 use epirig_core::choice::Choice as _;
-use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 use epirig_matcher::Validity;
 use maud::{Markup, html};
@@ -47,7 +46,9 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
     let maps = &report.maps;
     let window = Window::around(maps.rest_mm);
     let millimetres = Some(self::millimetres(report));
-    let range = range_of_sigmas(&window.of(maps.sigma_mm));
+    let shown = window.of(maps.sigma_mm);
+    let mut known: Vec<f32> = shown.values().iter().copied().filter(|value| value.is_finite()).collect();
+    let range = ValueRange { low: 0.0, high: SIGMA_SPAN * upper_median(&mut known).unwrap_or(1.0) };
     let sigmas = MapPicture::over(ResultMap::HeightSigma, maps.sigma_mm, range).in_mm(millimetres);
     let title = ResultMap::HeightSigma.row().title;
     let uncertainty = Picture::map(sigmas.within(window.clone()), title)?;
@@ -79,11 +80,6 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
         div.beside { (photograph) (uncertainty) (used) (disparity) }
         (answers(report))
     })
-}
-
-fn range_of_sigmas(map: &Grid<f32>) -> ValueRange {
-    let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
-    ValueRange { low: 0.0, high: SIGMA_SPAN * upper_median(&mut known).unwrap_or(1.0) }
 }
 
 /// Why pixels have no answer.

@@ -5,7 +5,7 @@ use super::markup::{cells, pair, pairs, table};
 use super::picture::Picture;
 use crate::number::{fixed, moment, percent, plain, sigma, with_sigma};
 use crate::report::{Chart, ReportError, Series};
-use epirig_data::sequence::{ClosureRecord, ComparisonRecord, Event, TimesRecord};
+use epirig_data::sequence::{ComparisonRecord, Event, TimesRecord};
 use maud::{Markup, html};
 
 /// Rows of a list of retakes; a scan with more has one fault, which the first of them tell.
@@ -28,18 +28,14 @@ fn end(report: &Report<'_>) -> Markup {
         @if let Some(stop) = report.scan.stop {
             (pair("at", moment(&stop.stopped)))
             @if let Some(reason) = &stop.reason { (pair("reason", reason)) }
-            @if let Some(found) = &stop.closure { (closure(found)) }
+            @if let Some(closure) = &stop.closure {
+                (pair("home found again at", in_mm(closure.home_shift_mm)))
+                (pair("first frame taken again", compared(closure.comparison.as_ref())))
+            }
             @if let Some(taken) = &stop.times { (pair("time", times(taken))) }
         }
     };
     pairs("End of the scan", rows)
-}
-
-fn closure(closure: &ClosureRecord) -> Markup {
-    html! {
-        (pair("home found again at", in_mm(closure.home_shift_mm)))
-        (pair("first frame taken again", compared(closure.comparison.as_ref())))
-    }
 }
 
 fn in_mm(shift_mm: Option<f64>) -> String {
@@ -47,10 +43,7 @@ fn in_mm(shift_mm: Option<f64>) -> String {
 }
 
 fn compared(found: Option<&ComparisonRecord>) -> String {
-    found.map_or("not compared".to_owned(), comparison)
-}
-
-fn comparison(found: &ComparisonRecord) -> String {
+    let Some(found) = found else { return "not compared".to_owned() };
     format!(
         "moved along x by {}; along y by {}; light {} of before",
         with_sigma(found.x_px, Some(found.sigma_px), "px"),

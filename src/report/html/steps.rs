@@ -105,6 +105,8 @@ fn contribution(part: &Contribution) -> Markup {
 /// What the budget does not hold.
 fn left_out(levels: &LevelsSummary, report: &Report<'_>) -> Markup {
     let locking = report.matched.pixel_locking.as_ref().filter(|found| found.worst_bias_px > 0.0);
+    let disparity_px = report.matched.median_disparity_px.unwrap_or(f64::NAN);
+    let height_per_px_mm = (report.surface.distance_mm / disparity_px).abs();
     html! {
         p { "Not in this budget:" }
         ul {
@@ -128,19 +130,11 @@ fn left_out(levels: &LevelsSummary, report: &Report<'_>) -> Markup {
             @if let Some(locking) = locking {
                 li {
                     "pixel locking, which is in the uncertainty of single heights: its largest predicted \
-                     bias of a height is " (sigma(locking.worst_bias_px * height_per_px(report), "mm"))
+                     bias of a height is " (sigma(locking.worst_bias_px * height_per_px_mm, "mm"))
                 }
             }
         }
     }
-}
-
-/// Height of one pixel of disparity, in mm.
-fn height_per_px(report: &Report<'_>) -> f64 {
-    report
-        .matched
-        .median_disparity_px
-        .map_or(f64::NAN, |disparity_px| (report.surface.distance_mm / disparity_px).abs())
 }
 
 fn margins(levels: &LevelsSummary) -> Markup {

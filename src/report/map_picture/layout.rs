@@ -37,7 +37,6 @@ pub(super) struct Panel {
     pub(super) pixels: RgbImage,
 }
 
-/// A colour scale.
 pub(super) struct Bar {
     pub(super) low: f32,
     pub(super) high: f32,

@@ -15,12 +15,8 @@ impl ValueRange {
     /// From the 1st to the 99th percentile of the known values, at least `least_span` wide; 0 to 1 if no
     /// value is known.
     pub fn of(map: &Grid<f32>, least_span: f32) -> Self {
-        let mut known = known(map);
-        if known.is_empty() {
-            return NOTHING_KNOWN;
-        }
-        let last = (known.len() - 1) as f64;
-        let (low, high) = of_ranks(&mut known, [(last * 0.01) as usize, (last * 0.99) as usize]);
+        let percentiles = |count: usize| [0.01, 0.99].map(|share| ((count - 1) as f64 * share) as usize);
+        let Some((low, high)) = of_ranks(map, percentiles) else { return NOTHING_KNOWN };
         let missing = (least_span - (high - low)).max(0.0);
         Self::between(low - 0.5 * missing, high + 0.5 * missing)
     }
@@ -28,12 +24,8 @@ impl ValueRange {
     /// Three times the interquartile range of the known values around it, at least `least_span` wide, so that
     /// one near object does not take all colours. 0 to 1 if no value is known.
     pub fn of_most(map: &Grid<f32>, least_span: f32) -> Self {
-        let mut known = known(map);
-        if known.is_empty() {
-            return NOTHING_KNOWN;
-        }
-        let count = known.len();
-        let (lower, upper) = of_ranks(&mut known, [count / 4, count * 3 / 4]);
+        let quartiles = |count: usize| [count / 4, count * 3 / 4];
+        let Some((lower, upper)) = of_ranks(map, quartiles) else { return NOTHING_KNOWN };
         let reach = (upper - lower).max(least_span / 3.0);
         Self::between(lower - reach, upper + reach)
     }
@@ -65,15 +57,17 @@ impl ValueRange {
 /// The range of a map without any value.
 const NOTHING_KNOWN: ValueRange = ValueRange { low: 0.0, high: 1.0 };
 
-fn known(map: &Grid<f32>) -> Vec<f32> {
-    map.values().iter().copied().filter(|value| value.is_finite()).collect()
-}
-
-/// The values of these ranks among `values`, the first not larger than the second.
-fn of_ranks(values: &mut [f32], [low, high]: [usize; 2]) -> (f32, f32) {
-    let (below, &mut upper, _) = values.select_nth_unstable_by(high, f32::total_cmp);
+/// The known values of two ranks, which `ranks` chooses for their number, the first not larger than the second;
+/// `None` if no value is known.
+fn of_ranks(map: &Grid<f32>, ranks: impl Fn(usize) -> [usize; 2]) -> Option<(f32, f32)> {
+    let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
+    if known.is_empty() {
+        return None;
+    }
+    let [low, high] = ranks(known.len());
+    let (below, &mut upper, _) = known.select_nth_unstable_by(high, f32::total_cmp);
     let lower = if low < high { *below.select_nth_unstable_by(low, f32::total_cmp).1 } else { upper };
-    (lower, upper)
+    Some((lower, upper))
 }
 
 #[cfg(test)]
