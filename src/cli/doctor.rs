@@ -79,7 +79,6 @@ pub(super) fn refuse_if_bad(report: &Report) -> Result<(), CliError> {
     }
 }
 
-/// The checks with this verdict.
 pub(super) fn of(report: &Report, verdict: Verdict) -> impl Iterator<Item = &Check> {
     report.checks.iter().filter(move |check| check.verdict == verdict)
 }

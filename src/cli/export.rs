@@ -163,7 +163,6 @@ impl Export {
         }
     }
 
-    /// A map of a comparison.
     fn difference(&self) -> Result<Found, CliError> {
         let (folder, kind) = (&self.folder, ResultsKind::Compare);
         if !folder.join(kind.summary()).is_file() {

@@ -11,9 +11,7 @@ use clap::{Arg, Command};
 /// How much help is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Extent {
-    /// What is needed most.
     Screen,
-    /// Everything.
     Whole,
 }
 

@@ -53,7 +53,6 @@ pub(super) fn stops_nothing() {
     *to_stop() = None;
 }
 
-/// Installs the handlers.
 pub(super) fn install() -> Result<(), std::io::Error> {
     ctrlc::set_handler(interrupted).map_err(std::io::Error::other)?;
     heed_signals()

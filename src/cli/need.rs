@@ -90,7 +90,6 @@ pub(super) fn close_others(available: Available) -> String {
     .to_owned()
 }
 
-/// Bytes as text.
 fn size(bytes: u64) -> String {
     match bytes as f64 {
         small if small < 1e9 => format!("{:.0} MB", (small / 1e6).ceil()),

@@ -51,7 +51,6 @@ impl PlanOutput {
         }
     }
 
-    /// The plan as text.
     pub(super) fn describe(&self) -> String {
         let positions = &self.positions_mm;
         let ends = positions.first().zip(positions.last()).map_or(String::new(), |(first, last)| {
@@ -75,7 +74,6 @@ impl PlanOutput {
     }
 }
 
-/// A time as text.
 fn minutes(seconds: f64) -> String {
     if seconds < 60.0 {
         format!("{seconds:.1} s")

@@ -64,7 +64,6 @@ pub(super) enum Course {
     Resumed,
 }
 
-/// The result of a scan.
 #[derive(Debug, Serialize)]
 pub(super) struct Captured {
     pub(super) folder: String,
@@ -118,7 +117,6 @@ pub(super) fn scan(
 }
 
 impl Captured {
-    /// The result as text.
     pub(super) fn describe(&self) -> String {
         let Self { folder, frames, .. } = self;
         let retakes = match self.retakes {

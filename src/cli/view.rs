@@ -29,7 +29,6 @@ pub(super) struct View {
     listen: ListenArgument,
 }
 
-/// Where the page is asked for.
 #[derive(Debug, Args)]
 pub(super) struct ListenArgument {
     /// Address and port to listen on; port 0 takes a free one

@@ -90,7 +90,6 @@ impl<I: BufRead> Asked<'_, I> {
     }
 }
 
-/// The mistakes of a draft.
 pub(super) fn mistakes(draft: &Draft) -> Vec<Mistake> {
     draft.profile().err().map_or(Vec::new(), |error| error.mistakes)
 }

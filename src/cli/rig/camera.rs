@@ -23,7 +23,6 @@ impl KeyGroup for WhichCamera {
     }
 }
 
-/// The camera alone.
 pub(in crate::cli) type CameraArgument = KeyOptions<WhichCamera>;
 
 /// The keys of the camera.

@@ -12,7 +12,6 @@ use epirig_core::settings::{Key, Kind};
 
 /// A group of options, as help has it.
 pub(in crate::cli) trait KeyGroup {
-    /// Its heading.
     const HEADING: &'static str;
 
     /// Its options, in the order of the help.
