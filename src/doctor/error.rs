@@ -34,8 +34,7 @@ impl Fault for DoctorError {
 
 /// Error of a single measurement.
 #[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MotionError {
+pub(super) enum MotionError {
     /// The stage failed.
     #[error(transparent)]
     Stage(#[from] StageError),

@@ -2,13 +2,14 @@
 
 use tracing::{info, info_span, warn};
 
+use super::error::MotionError;
 use super::motion::measure_motion;
 use super::prediction::{Prediction, Prospect};
 use super::repeatability::{RETURNS, measure_repeatability};
 use super::response::{exposure_response, gain_responses};
 use super::settling::measure_settling;
 use super::view::View;
-use super::{Check, DoctorError, DoctorPlan, MotionError, Report, Verdict, picture, rules, stops};
+use super::{Check, DoctorError, DoctorPlan, Report, Verdict, picture, rules, stops};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Progress;
 use epirig_devices::camera::{Assessment, Camera, CameraError, Configuration};
@@ -96,29 +97,17 @@ fn go_to_start(
     plan: &DoctorPlan,
     checks: &mut Vec<Check>,
 ) -> Result<bool, DoctorError> {
-    const NAME: &str = "approach";
     stage.home()?;
     let lowest_mm = plan.scan.positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
     let reached = stage.move_to(lowest_mm).and_then(|()| stage.move_to(plan.scan.positions_mm[0]));
-    match reached {
-        Ok(()) => {
-            checks.push(Check::good(
-                NAME,
-                format!("the lowest position, {lowest_mm:.3} mm, can be approached"),
-            ));
-            Ok(true)
-        }
-        Err(error) if error.blame() == Blame::Request => {
-            checks.push(Check::with_advice(
-                NAME,
-                Verdict::Bad,
-                error.to_string(),
-                "choose another start; checks that need moves were skipped",
-            ));
-            Ok(false)
-        }
-        Err(error) => Err(error.into()),
-    }
+    let (verdict, finding) = match reached {
+        Ok(()) => (Verdict::Good, format!("the lowest position, {lowest_mm:.3} mm, can be approached")),
+        Err(error) if error.blame() == Blame::Request => (Verdict::Bad, error.to_string()),
+        Err(error) => return Err(error.into()),
+    };
+    let advice = "choose another start; checks that need moves were skipped";
+    checks.push(Check::new("approach", verdict, finding, advice));
+    Ok(verdict == Verdict::Good)
 }
 
 /// Whether the camera has started. An unsteady picture is a finding that ends the checks of the picture.
@@ -128,7 +117,7 @@ fn is_steady(started: Result<(), CameraError>, checks: &mut Vec<Check>) -> Resul
         Err(error @ CameraError::Unsteady { .. }) => {
             let finding = error.to_string();
             let advice = "make the picture steady first; the other checks of the picture were skipped";
-            checks.push(Check::with_advice("steadiness", Verdict::Bad, finding, advice));
+            checks.push(Check::new("steadiness", Verdict::Bad, finding, advice));
             Ok(false)
         }
         Err(error) => Err(error.into()),
@@ -218,7 +207,6 @@ fn or_check<T>(
 
 /// Sampling, and the predicted uncertainty of heights.
 fn foresee(plan: &DoctorPlan, configuration: &Configuration, view: &View, report: &mut Report) {
-    const NAME: &str = "height";
     let frames = plan.scan.positions_mm.len();
     let measured = report.motion.map(|motion| motion.px_per_mm());
     let px_per_mm = measured.or_else(|| expected_px_per_mm(plan, configuration));
@@ -227,8 +215,8 @@ fn foresee(plan: &DoctorPlan, configuration: &Configuration, view: &View, report
     }
     let distance_mm = px_per_mm.and_then(|px_per_mm| distance_mm(plan, configuration, px_per_mm));
     let Some((px_per_mm, distance_mm)) = px_per_mm.zip(distance_mm) else {
-        report.checks.push(Check::with_advice(
-            NAME,
+        report.checks.push(Check::new(
+            "height",
             Verdict::Unknown,
             "the uncertainty of heights depends on lens and distance, which are unknown".to_owned(),
             "give the focal length, the distance of the object, or both",

@@ -4,8 +4,6 @@
 //! same light whenever it begins. Other exposures give frames of different brightness. If the sensor exposes
 //! its rows one after the other (rolling shutter), the rows differ too: bands.
 
-use serde::Serialize;
-
 use super::view::View;
 
 /// Tolerance for exposures of whole half periods, relative to a half period.
@@ -13,21 +11,21 @@ const TOLERANCE: f64 = 0.02;
 const US_PER_S: f64 = 1e6;
 
 /// Variation of the light in frames of one view, as standard deviations.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Flicker {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Flicker {
     /// Of whole frames, relative to the mean intensity, with noise subtracted.
-    pub common_share: f64,
+    pub(super) common_share: f64,
     /// Of rows within their frame, relative to the mean intensity, with noise subtracted.
-    pub band_share: f64,
+    pub(super) band_share: f64,
     /// Of rows within their frame as expected from pixel noise alone, relative to the mean intensity.
-    pub noise_share: f64,
+    pub(super) noise_share: f64,
     /// Mean intensity, in DN.
-    pub mean_dn: f64,
+    pub(super) mean_dn: f64,
 }
 
 impl Flicker {
     /// Flicker in the frames of a view. All shares are 0 without light, or for a single frame.
-    pub fn of(view: &View) -> Self {
+    pub(super) fn of(view: &View) -> Self {
         let rows = view.row_means_dn();
         let (frames, height) = (rows.len() as f64, rows.first().map_or(0, Vec::len) as f64);
         let means: Vec<f64> = (0..height as usize)
@@ -58,20 +56,20 @@ impl Flicker {
     }
 
     /// Standard deviation of a pixel's intensity by flicker, in DN.
-    pub fn intensity_dn(&self) -> f64 {
+    pub(super) fn intensity_dn(&self) -> f64 {
         self.common_share.hypot(self.band_share) * self.mean_dn
     }
 }
 
 /// Whether an exposure of `exposure_us` is a multiple of half a period of mains of `mains_hz`, to 2 % of
 /// that.
-pub fn suits_mains(exposure_us: f64, mains_hz: f64) -> bool {
+pub(super) fn suits_mains(exposure_us: f64, mains_hz: f64) -> bool {
     let half_periods = exposure_us * 2.0 * mains_hz / US_PER_S;
     half_periods.round() >= 1.0 && (half_periods - half_periods.round()).abs() <= TOLERANCE
 }
 
 /// The exposure nearest to `exposure_us` that suits mains of `mains_hz`, in us.
-pub fn nearest_exposure_us(exposure_us: f64, mains_hz: f64) -> f64 {
+pub(super) fn nearest_exposure_us(exposure_us: f64, mains_hz: f64) -> f64 {
     let half_period_us = US_PER_S / (2.0 * mains_hz);
     (exposure_us / half_period_us).round().max(1.0) * half_period_us
 }

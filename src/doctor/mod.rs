@@ -1,9 +1,7 @@
 //! Checks before a scan: whether rig and plan give a measurement, and its predicted uncertainty.
 //!
 //! [`examine`] makes all checks and gives a [`Report`] of [`Check`]s, each with a finding in numbers, and
-//! with advice if something must be done. The parts can be used alone: [`repeated_phases`] and [`Prediction`]
-//! from numbers, [`Flicker`] from frames, [`measure_motion`], [`measure_settling`] and
-//! [`measure_repeatability`] with a stage and a camera.
+//! with advice if something must be done.
 
 mod error;
 mod examine;
@@ -23,16 +21,13 @@ use serde::Serialize;
 
 use crate::capture::CapturePlan;
 
-pub use error::{DoctorError, MotionError};
+pub use error::DoctorError;
 pub use examine::examine;
-pub use flicker::{Flicker, nearest_exposure_us, suits_mains};
-pub use motion::{ImageMotion, measure_motion};
-pub use prediction::{Prediction, Prospect, Resolution};
-pub use repeatability::{RETURNS, Repeatability, measure_repeatability};
+pub use motion::ImageMotion;
+pub use prediction::{Prediction, Resolution};
+pub use repeatability::Repeatability;
 pub use rules::disk as check_disk;
-pub use sampling::{RepeatedPhases, better_step_mm, repeated_phases};
-pub use settling::{Settling, measure_settling};
-pub use view::View;
+pub use settling::Settling;
 
 /// The planned scan, and knowledge of the rig.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,8 +80,10 @@ impl Check {
         Self { name, verdict: Verdict::Good, finding, advice: None }
     }
 
-    fn with_advice(name: &'static str, verdict: Verdict, finding: String, advice: impl Into<String>) -> Self {
-        Self { name, verdict, finding, advice: Some(advice.into()) }
+    /// `advice` is for what is not good.
+    fn new(name: &'static str, verdict: Verdict, finding: String, advice: impl Into<String>) -> Self {
+        let advice = (verdict != Verdict::Good).then(|| advice.into());
+        Self { name, verdict, finding, advice }
     }
 }
 

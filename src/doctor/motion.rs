@@ -60,7 +60,7 @@ impl ImageMotion {
 ///
 /// # Errors
 /// [`MotionError`] if stage or camera fail, or no length of the move gives two comparable frames.
-pub fn measure_motion(
+pub(super) fn measure_motion(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
     settle: Duration,

@@ -15,28 +15,18 @@ const BRIGHTEST: f64 = 0.01;
 
 /// Saturation.
 pub(super) fn saturation(frame: &Frame, seen: &Assessment, limit: f64) -> Check {
-    const NAME: &str = "saturation";
     let share = seen.saturated as f64 / frame.samples().len().max(1) as f64;
     let finding = format!(
         "{:.3} % of the samples are at full scale, {:.3} % are allowed",
         100.0 * share,
         100.0 * limit
     );
-    if share > limit {
-        Check::with_advice(
-            NAME,
-            Verdict::Bad,
-            finding,
-            "expose for less time, lower the gain or close the aperture",
-        )
-    } else {
-        Check::good(NAME, finding)
-    }
+    let verdict = if share > limit { Verdict::Bad } else { Verdict::Good };
+    Check::new("saturation", verdict, finding, "expose for less time, lower the gain or close the aperture")
 }
 
 /// Brightness.
 pub(super) fn brightness(frame: &Frame, seen: &Assessment) -> Check {
-    const NAME: &str = "brightness";
     let mut left = (BRIGHTEST * frame.samples().len() as f64) as u64;
     let brightest = seen.histogram.iter().enumerate().rev().find(|(_, count)| {
         let is_it = **count > left;
@@ -50,19 +40,16 @@ pub(super) fn brightness(frame: &Frame, seen: &Assessment) -> Check {
         seen.mean_dn,
         100.0 * share
     );
-    let advice = "expose for longer, open the aperture or bring more light";
-    if share < DARK {
-        Check::with_advice(NAME, Verdict::Bad, finding, advice)
-    } else if share < DIM {
-        Check::with_advice(NAME, Verdict::Warning, finding, advice)
-    } else {
-        Check::good(NAME, finding)
-    }
+    let verdict = match share {
+        ..DARK => Verdict::Bad,
+        ..DIM => Verdict::Warning,
+        _ => Verdict::Good,
+    };
+    Check::new("brightness", verdict, finding, "expose for longer, open the aperture or bring more light")
 }
 
 /// Texture and focus.
 pub(super) fn texture(view: &View, seen: &Assessment) -> Check {
-    const NAME: &str = "texture";
     let (gradient, noise) = (view.gradient_dn_per_px(), view.noise_dn());
     let finding = format!(
         "gradients are {gradient:.2} DN/px, noise is {noise:.2} DN, and the focus figure is {:.5} (compare it for one object with other \
@@ -71,16 +58,11 @@ pub(super) fn texture(view: &View, seen: &Assessment) -> Check {
     );
     // The central difference of pure noise has this value. Many frames may compensate for weak texture; the
     // check of heights tests that.
-    if gradient < noise / std::f64::consts::SQRT_2 {
-        Check::with_advice(
-            NAME,
-            Verdict::Warning,
-            finding,
-            "put a textured object in view, focus, or bring more light: noise is stronger than the texture",
-        )
-    } else {
-        Check::good(NAME, finding)
-    }
+    let is_weak = gradient < noise / std::f64::consts::SQRT_2;
+    let verdict = if is_weak { Verdict::Warning } else { Verdict::Good };
+    let advice =
+        "put a textured object in view, focus, or bring more light: noise is stronger than the texture";
+    Check::new("texture", verdict, finding, advice)
 }
 
 /// Noise.
@@ -95,25 +77,25 @@ pub(super) fn noise(view: &View, averaged: usize) -> Check {
 
 /// Flicker, as measured.
 pub(super) fn flicker(view: &View) -> Check {
-    const NAME: &str = "flicker";
     let found = Flicker::of(view);
-    let finding = format!(
+    let mut finding = format!(
         "frames differ by {:.3} % and rows by {:.3} % in brightness (rows by {:.3} % by noise alone)",
         100.0 * found.common_share,
         100.0 * found.band_share,
         100.0 * found.noise_share
     );
     // Any change along a line of an EPI acts as noise on the matcher.
+    let mut verdict = Verdict::Good;
     if found.intensity_dn() > view.noise_dn() {
-        Check::with_advice(
-            NAME,
-            Verdict::Warning,
-            format!("{finding}; that is more than the noise of a pixel"),
-            "use a steady lamp, or expose for whole half periods of the mains",
-        )
-    } else {
-        Check::good(NAME, finding)
+        verdict = Verdict::Warning;
+        finding += "; that is more than the noise of a pixel";
     }
+    Check::new(
+        "flicker",
+        verdict,
+        finding,
+        "use a steady lamp, or expose for whole half periods of the mains",
+    )
 }
 
 #[cfg(test)]

@@ -23,26 +23,26 @@ const RESOLVED: f64 = 5.0;
 const UNRESOLVED: f64 = 2.0;
 
 /// Inputs of a prediction.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Prospect {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Prospect {
     /// Motion of the picture per mm of the stage, in px: f / Z.
-    pub px_per_mm: f64,
+    pub(super) px_per_mm: f64,
     /// Distance of the object Z, in mm.
-    pub distance_mm: f64,
+    pub(super) distance_mm: f64,
     /// Distance from the first to the last position, in mm.
-    pub baseline_mm: f64,
+    pub(super) baseline_mm: f64,
     /// Number of frames, at least 2.
-    pub frames: usize,
+    pub(super) frames: usize,
     /// Standard deviation of a frame's samples, in DN.
-    pub noise_dn: f64,
+    pub(super) noise_dn: f64,
     /// Root mean square of the gradient along x, without noise, in DN per px.
-    pub gradient_dn_per_px: f64,
+    pub(super) gradient_dn_per_px: f64,
     /// Number of pixels fitted together.
-    pub window_px: f64,
+    pub(super) window_px: f64,
     /// Standard deviation of the stage's positions, in mm, if known.
-    pub step_error_mm: Option<f64>,
+    pub(super) step_error_mm: Option<f64>,
     /// Height difference that must be resolved, in mm, if known.
-    pub relief_mm: Option<f64>,
+    pub(super) relief_mm: Option<f64>,
 }
 
 /// Whether the relief is resolved.
@@ -80,26 +80,7 @@ pub struct Prediction {
 
 impl Prediction {
     /// The prediction from `prospect`.
-    ///
-    /// ```
-    /// use epirig::doctor::{Prediction, Prospect, Resolution};
-    ///
-    /// // The paper's rig: f = 25 / 9 * 1024 px, 900 mm, 101 frames over 150 mm; 1 DN of noise, 10 DN per px of texture.
-    /// let predicted = Prediction::of(&Prospect {
-    ///     px_per_mm: 25.0 / 9.0 * 1024.0 / 900.0,
-    ///     distance_mm: 900.0,
-    ///     baseline_mm: 150.0,
-    ///     frames: 101,
-    ///     noise_dn: 1.0,
-    ///     gradient_dn_per_px: 10.0,
-    ///     window_px: 25.0,
-    ///     step_error_mm: Some(0.01),
-    ///     relief_mm: Some(0.2),
-    /// });
-    /// assert!((predicted.relief_px.unwrap() - 0.105).abs() < 0.001);
-    /// assert_eq!(predicted.resolution, Some(Resolution::Resolved));
-    /// ```
-    pub fn of(prospect: &Prospect) -> Self {
+    pub(super) fn of(prospect: &Prospect) -> Self {
         let frames = prospect.frames as f64;
         let slope = (12.0 * (frames - 1.0) / (frames * (frames + 1.0))).sqrt();
         let disparity_px = (prospect.px_per_mm * prospect.baseline_mm).abs();
@@ -170,6 +151,24 @@ mod tests {
         // 0.5 / 0.166410, for 0.001 of the common error is nothing.
         assert!((found.relief_sigmas.unwrap() - 3.00463).abs() < 1e-4);
         assert_eq!(found.resolution, Some(Resolution::Marginal));
+    }
+
+    #[test]
+    fn the_rig_of_the_paper_resolves_its_relief() {
+        // f = 25 / 9 * 1024 px, 900 mm, 101 frames over 150 mm; 1 DN of noise, 10 DN per px of texture.
+        let predicted = Prediction::of(&Prospect {
+            px_per_mm: 25.0 / 9.0 * 1024.0 / 900.0,
+            distance_mm: 900.0,
+            baseline_mm: 150.0,
+            frames: 101,
+            noise_dn: 1.0,
+            gradient_dn_per_px: 10.0,
+            window_px: 25.0,
+            step_error_mm: Some(0.01),
+            relief_mm: Some(0.2),
+        });
+        assert!((predicted.relief_px.unwrap() - 0.105).abs() < 0.001);
+        assert_eq!(predicted.resolution, Some(Resolution::Resolved));
     }
 
     #[test]

@@ -12,7 +12,7 @@ use epirig_devices::stage::Stage;
 
 const UM_PER_MM: f64 = 1000.0;
 /// Default number of returns.
-pub const RETURNS: usize = 5;
+pub(super) const RETURNS: usize = 5;
 
 /// Repeatability of a position, approached from above and from below in turn.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,7 +39,7 @@ pub struct Repeatability {
 ///
 /// # Errors
 /// [`MotionError`] if stage or camera fail, or a picture cannot be compared with the first.
-pub fn measure_repeatability(
+pub(super) fn measure_repeatability(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
     settle: Duration,

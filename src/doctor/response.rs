@@ -95,7 +95,7 @@ impl Trial<'_> {
         let after = match tried {
             Ok((after, _)) => after,
             Err(CameraError::Substituted { asked, got, .. }) => {
-                return Ok(Check::with_advice(
+                return Ok(Check::new(
                     name,
                     Verdict::Warning,
                     format!("asked for {asked}, the camera silently took {got}"),
@@ -104,7 +104,7 @@ impl Trial<'_> {
             }
             Err(error) => {
                 camera.start()?;
-                return Ok(Check::with_advice(
+                return Ok(Check::new(
                     name,
                     Verdict::Unknown,
                     format!("there is no picture with {}: {error}", shown(other)),
@@ -123,9 +123,9 @@ impl Trial<'_> {
         }
         // A white picture cannot become brighter.
         if other > value && before > (1.0 - CHANGE) * full_dn {
-            return Ok(Check::with_advice(name, Verdict::Unknown, finding, "give it less light"));
+            return Ok(Check::new(name, Verdict::Unknown, finding, "give it less light"));
         }
-        Ok(Check::with_advice(
+        Ok(Check::new(
             name,
             Verdict::Warning,
             finding,

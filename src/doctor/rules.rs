@@ -16,37 +16,32 @@ const US_PER_MS: f64 = 1e3;
 
 /// Whether all positions are within the travel.
 pub(super) fn travel(positions_mm: &[f64], travel_mm: f64) -> Check {
-    const NAME: &str = "travel";
     let least = positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
     let greatest = positions_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let finding = format!(
         "the plan goes from {least:.3} mm to {greatest:.3} mm, the stage's travel from 0 to {travel_mm:.3} mm"
     );
-    if least >= 0.0 && greatest <= travel_mm {
-        Check::good(NAME, finding)
-    } else {
-        Check::with_advice(NAME, Verdict::Bad, finding, "choose fewer or shorter steps, or another start")
-    }
+    let is_within = least >= 0.0 && greatest <= travel_mm;
+    let verdict = if is_within { Verdict::Good } else { Verdict::Bad };
+    Check::new("travel", verdict, finding, "choose fewer or shorter steps, or another start")
 }
 
 /// Whether the motor holds the carriage at rest.
 pub(super) fn holding(holds: Option<bool>) -> Check {
-    const NAME: &str = "holding";
-    match holds {
-        Some(true) => Check::good(NAME, "the motor is energised at rest".to_owned()),
-        Some(false) => Check::with_advice(
-            NAME,
+    let (verdict, finding, advice) = match holds {
+        Some(true) => (Verdict::Good, "the motor is energised at rest", ""),
+        Some(false) => (
             Verdict::Bad,
-            "the motor is without current at rest: the carriage may move before a frame is taken".to_owned(),
+            "the motor is without current at rest: the carriage may move before a frame is taken",
             "set the stage so that it holds",
         ),
-        None => Check::with_advice(
-            NAME,
+        None => (
             Verdict::Unknown,
-            "the stage does not report whether its motor is energised at rest".to_owned(),
+            "the stage does not report whether its motor is energised at rest",
             "try to turn the spindle by hand: it must resist",
         ),
-    }
+    };
+    Check::new("holding", verdict, finding.to_owned(), advice)
 }
 
 /// Whether the frames of `plan` fit on a disk with `free_bytes`, calculated without compression. `present` frames
@@ -63,53 +58,35 @@ pub fn disk(
     let what = if present == 0 { "the sequence takes" } else { "the frames that are missing take" };
     let needs = format!("{what} {:.1} MB at most", needed as f64 / MB);
     let Some(free) = free_bytes else {
-        return Check::with_advice(
-            NAME,
-            Verdict::Unknown,
-            needs,
-            "make sure that there is enough free space",
-        );
+        return Check::new(NAME, Verdict::Unknown, needs, "make sure that there is enough free space");
     };
     let finding = format!("{needs}, {:.1} MB are free", free as f64 / MB);
     if free < needed {
-        Check::with_advice(NAME, Verdict::Bad, finding, "free some space, or write to another disk")
-    } else if free < SPARE * needed {
-        Check::with_advice(
-            NAME,
-            Verdict::Warning,
-            finding,
-            "other programs may fill the disk: free some space",
-        )
+        Check::new(NAME, Verdict::Bad, finding, "free some space, or write to another disk")
     } else {
-        Check::good(NAME, finding)
+        let verdict = if free < SPARE * needed { Verdict::Warning } else { Verdict::Good };
+        Check::new(NAME, verdict, finding, "other programs may fill the disk: free some space")
     }
 }
 
 /// Whether any control is automatic.
 pub(super) fn automatic_controls(configuration: &Configuration) -> Check {
-    const NAME: &str = "settings";
-    if configuration.notes.is_empty() {
+    let (verdict, finding) = if configuration.notes.is_empty() {
         let watched = configuration.pinned.len();
-        return Check::good(NAME, format!("no control is automatic; {watched} controls are watched"));
-    }
-    Check::with_advice(
-        NAME,
-        Verdict::Warning,
-        configuration.notes.join("; "),
-        "use another format, or set the controls by hand if the camera allows it",
-    )
+        (Verdict::Good, format!("no control is automatic; {watched} controls are watched"))
+    } else {
+        (Verdict::Warning, configuration.notes.join("; "))
+    };
+    let advice = "use another format, or set the controls by hand if the camera allows it";
+    Check::new("settings", verdict, finding, advice)
 }
 
 /// Whether the exposure avoids flicker of lamps on mains.
 pub(super) fn exposure(exposure_us: Option<f64>, mains_hz: Option<f64>) -> Check {
     const NAME: &str = "exposure";
     let Some(exposure_us) = exposure_us else {
-        return Check::with_advice(
-            NAME,
-            Verdict::Unknown,
-            "the camera does not report its exposure time".to_owned(),
-            "use a lamp that does not flicker",
-        );
+        let finding = "the camera does not report its exposure time".to_owned();
+        return Check::new(NAME, Verdict::Unknown, finding, "use a lamp that does not flicker");
     };
     let possible = mains_hz.map_or(MAINS_HZ.to_vec(), |mains_hz| vec![mains_hz]);
     let (suiting, others): (Vec<f64>, Vec<f64>) =
@@ -118,37 +95,22 @@ pub(super) fn exposure(exposure_us: Option<f64>, mains_hz: Option<f64>) -> Check
         mains.iter().map(|mains_hz| format!("{mains_hz:.0} Hz")).collect::<Vec<_>>().join(" or ")
     };
     let exposure_ms = exposure_us / US_PER_MS;
-    let advice = || {
-        let nearest = possible.iter().map(|&mains_hz| {
-            format!("{:.0} us at {mains_hz:.0} Hz mains", nearest_exposure_us(exposure_us, mains_hz))
-        });
-        format!("expose for {}, or use a lamp that does not flicker", nearest.collect::<Vec<_>>().join(", "))
-    };
-    match (suiting.is_empty(), others.is_empty()) {
-        (_, true) => Check::good(
-            NAME,
-            format!("{exposure_ms:.2} ms is a whole number of half periods of mains of {}", names(&suiting)),
-        ),
-        (true, _) => Check::with_advice(
-            NAME,
-            Verdict::Warning,
-            format!(
-                "{exposure_ms:.2} ms is not a whole number of half periods of mains of {}",
-                names(&others)
-            ),
-            advice(),
-        ),
-        (false, false) => Check::with_advice(
-            NAME,
+    let nearest = possible.iter().map(|&mains_hz| {
+        format!("{:.0} us at {mains_hz:.0} Hz mains", nearest_exposure_us(exposure_us, mains_hz))
+    });
+    let nearest = nearest.collect::<Vec<_>>().join(", ");
+    let advice = format!("expose for {nearest}, or use a lamp that does not flicker");
+    let whole = "a whole number of half periods of mains of";
+    let (verdict, finding, first) = match (suiting.is_empty(), others.is_empty()) {
+        (_, true) => (Verdict::Good, format!("is {whole} {}", names(&suiting)), ""),
+        (true, _) => (Verdict::Warning, format!("is not {whole} {}", names(&others)), ""),
+        (false, false) => (
             Verdict::Unknown,
-            format!(
-                "{exposure_ms:.2} ms is a whole number of half periods of mains of {}, not of {}",
-                names(&suiting),
-                names(&others)
-            ),
-            format!("set camera.mains; or {}", advice()),
+            format!("is {whole} {}, not of {}", names(&suiting), names(&others)),
+            "set camera.mains; or ",
         ),
-    }
+    };
+    Check::new(NAME, verdict, format!("{exposure_ms:.2} ms {finding}"), format!("{first}{advice}"))
 }
 
 #[cfg(test)]

@@ -17,8 +17,6 @@
 //!
 //! All points of an object with little relief move by the same s.
 
-use serde::Serialize;
-
 /// Largest number of phases that counts as few.
 const FEW: u32 = 4;
 /// Resolution of suggested steps, in mm.
@@ -27,28 +25,19 @@ const UM: f64 = 1e-3;
 const FARTHEST: f64 = 0.25;
 
 /// A shift per frame that is near a ratio of small integers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct RepeatedPhases {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RepeatedPhases {
     /// p of p / q.
-    pub numerator: u32,
+    pub(super) numerator: u32,
     /// q of p / q: the number of phases that recur.
-    pub denominator: u32,
+    pub(super) denominator: u32,
     /// Drift of the phases over all frames, in px; 1 / q would be enough.
-    pub drift_px: f64,
+    pub(super) drift_px: f64,
 }
 
 /// The ratio of small integers that `shift_px` per frame (either sign) is near to, over `frames` frames; the
 /// one with the fewest phases, if there are several. `None` if there is none.
-///
-/// ```
-/// use epirig::doctor::repeated_phases;
-///
-/// // 100 frames, each shifted by 1.503 px: the phases drift by 0.297 px, not by half a pixel.
-/// let found = repeated_phases(1.503, 100).unwrap();
-/// assert_eq!((found.numerator, found.denominator), (3, 2));
-/// assert_eq!(repeated_phases(1.51, 100), None);
-/// ```
-pub fn repeated_phases(shift_px: f64, frames: usize) -> Option<RepeatedPhases> {
+pub(super) fn repeated_phases(shift_px: f64, frames: usize) -> Option<RepeatedPhases> {
     let steps = frames.saturating_sub(1) as f64;
     (1..=FEW).find_map(|denominator| {
         let numerator = (shift_px.abs() * f64::from(denominator)).round();
@@ -63,7 +52,7 @@ pub fn repeated_phases(shift_px: f64, frames: usize) -> Option<RepeatedPhases> {
 
 /// The step in whole um nearest to `step_mm`, in mm, with which `frames` frames repeat no phases, if a mm
 /// moves the picture by `px_per_mm`. `None` if there is none within a quarter of the step.
-pub fn better_step_mm(step_mm: f64, px_per_mm: f64, frames: usize) -> Option<f64> {
+pub(super) fn better_step_mm(step_mm: f64, px_per_mm: f64, frames: usize) -> Option<f64> {
     let nearest = (step_mm / UM).round();
     let reach = (FARTHEST * nearest).floor().max(0.0) as u32;
     let fine = |step_um: f64| step_um > 0.0 && repeated_phases(step_um * UM * px_per_mm, frames).is_none();
@@ -97,6 +86,9 @@ mod tests {
             assert_eq!((found.numerator, found.denominator), (numerator, denominator));
             assert!((largest_gap(shift_px, 60) - 1.0 / f64::from(denominator)).abs() < 1e-9);
         }
+        // 100 frames, each shifted by 1.503 px: the phases drift by 0.297 px, not by half a pixel.
+        assert_eq!(repeated_phases(1.503, 100).unwrap().denominator, 2);
+        assert_eq!(repeated_phases(1.51, 100), None);
         assert_eq!(repeated_phases(0.4, 60), None, "five phases are enough");
         assert_eq!(repeated_phases(0.0, 60).unwrap().denominator, 1, "what does not move has one phase");
     }

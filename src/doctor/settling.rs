@@ -56,7 +56,7 @@ pub struct Settling {
 ///
 /// # Errors
 /// [`MotionError`] if stage or camera fail, or the last two frames cannot be compared.
-pub fn measure_settling(
+pub(super) fn measure_settling(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
     position_mm: f64,

@@ -35,7 +35,7 @@ pub(super) fn settling(found: &Settling, given: Duration) -> Check {
             ms(found.watched)
         );
         let advice = "look for vibration, fans and loose mounts, and observe the picture for longer";
-        return Check::with_advice(NAME, Verdict::Warning, finding, advice);
+        return Check::new(NAME, Verdict::Warning, finding, advice);
     }
     let (rests, settle, planned) = (
         format!("the picture rests within {:.3} px", found.tolerance_px),
@@ -50,12 +50,9 @@ pub(super) fn settling(found: &Settling, given: Duration) -> Check {
     };
     let finding =
         format!("{rests} {settle:.0} ms after a move, and not yet at {:.0} ms; {planned}", ms(moving));
-    if found.settle > given {
-        let wait = format!("plan {:.0} ms to settle", (ms(found.settle) / 10.0).ceil() * 10.0);
-        Check::with_advice(NAME, Verdict::Warning, finding, wait)
-    } else {
-        Check::good(NAME, finding)
-    }
+    let verdict = if found.settle > given { Verdict::Warning } else { Verdict::Good };
+    let wait = format!("plan {:.0} ms to settle", (ms(found.settle) / 10.0).ceil() * 10.0);
+    Check::new(NAME, verdict, finding, wait)
 }
 
 /// Whether the repeatability is good enough for a relief of `relief_px` of disparity.
@@ -72,13 +69,13 @@ pub(super) fn repeatability(found: &Repeatability, relief_px: Option<f64>) -> Ch
     );
     let is_noise = found.sigma_px <= OVER_NOISE * found.noise_px;
     match relief_px {
-        Some(relief_px) if found.sigma_px > SHARE_OF_RELIEF * relief_px => Check::with_advice(
+        Some(relief_px) if found.sigma_px > SHARE_OF_RELIEF * relief_px => Check::new(
             NAME,
             Verdict::Warning,
             format!("{finding}; the relief makes {relief_px:.4} px"),
             "look for play and loose screws, set stage.approach, or take more frames",
         ),
-        None if !is_noise => Check::with_advice(
+        None if !is_noise => Check::new(
             NAME,
             Verdict::Unknown,
             finding,
@@ -92,7 +89,7 @@ pub(super) fn repeatability(found: &Repeatability, relief_px: Option<f64>) -> Ch
 pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Check {
     const NAME: &str = "motion";
     if !found.is_significant() {
-        return Check::with_advice(
+        return Check::new(
             NAME,
             Verdict::Bad,
             format!("the picture does not move when the stage moves by {:.3} mm", found.move_mm),
@@ -107,27 +104,25 @@ pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Ch
         angle_deg.abs()
     );
     let mut advice = Vec::new();
-    let mut verdict = Verdict::Warning;
+    let mut verdict = Verdict::Good;
     if angle_deg.abs() > TILT_DEG {
-        advice.push("turn the camera about its optical axis until the motion is along the rows".to_owned());
+        verdict = Verdict::Warning;
+        advice.push("turn the camera about its optical axis until the motion is along the rows");
     }
     if let Some(expected) = expected_px_per_mm {
         finding += &format!("; lens and distance give {expected:.3} px/mm");
         if found.px_per_mm() < LEAST_SCALE * expected {
             verdict = Verdict::Bad;
             advice.push(
-                "check that the motor does not stall and that the stage's axis is the one that carries the object".to_owned(),
+                "check that the motor does not stall and that the stage's axis is the one that carries the object",
             );
         }
         if (found.px_per_mm() / expected - 1.0).abs() > SAME_SCALE {
-            advice.push("check focal length, distance and the stage's steps per mm".to_owned());
+            verdict = verdict.max(Verdict::Warning);
+            advice.push("check focal length, distance and the stage's steps per mm");
         }
     }
-    if advice.is_empty() {
-        Check::good(NAME, finding)
-    } else {
-        Check::with_advice(NAME, verdict, finding, advice.join("; "))
-    }
+    Check::new(NAME, verdict, finding, advice.join("; "))
 }
 
 /// Whether frames sample the pixel at many phases.
@@ -135,10 +130,8 @@ pub(super) fn sampling(step_mm: f64, px_per_mm: f64, frames: usize) -> Check {
     const NAME: &str = "sampling";
     let shift_px = step_mm * px_per_mm;
     let Some(near) = repeated_phases(shift_px, frames) else {
-        return Check::good(
-            NAME,
-            format!("{shift_px:.4} px from frame to frame repeats no sub-pixel positions"),
-        );
+        let finding = format!("{shift_px:.4} px from frame to frame repeats no sub-pixel positions");
+        return Check::good(NAME, finding);
     };
     let finding = format!(
         "{shift_px:.4} px from frame to frame is near {}/{}: over {frames} frames the sub-pixel positions drift by {:.2} px instead of {:.2} px, so that \
@@ -152,7 +145,7 @@ pub(super) fn sampling(step_mm: f64, px_per_mm: f64, frames: usize) -> Check {
         Some(better_mm) => format!("step by {better_mm:.3} mm"),
         None => "take more frames".to_owned(),
     };
-    Check::with_advice(NAME, Verdict::Warning, finding, advice)
+    Check::new(NAME, Verdict::Warning, finding, advice)
 }
 
 /// Whether the relief is resolved.
@@ -172,20 +165,14 @@ pub(super) fn prospect(found: &Prediction, relief_mm: Option<f64>) -> Check {
     else {
         return Check::good(NAME, finding);
     };
-    let finding = format!("{finding}; a relief of {:.0} um is {sigmas:.1} sigma", relief_mm * UM_PER_MM);
+    finding += &format!("; a relief of {:.0} um is {sigmas:.1} sigma", relief_mm * UM_PER_MM);
+    let (verdict, but) = match resolution {
+        Resolution::Resolved => (Verdict::Good, ""),
+        Resolution::Marginal => (Verdict::Warning, ": it shows only in averages over neighbours"),
+        Resolution::Hidden => (Verdict::Bad, ": noise hides it"),
+    };
     let advice = "average more frames, take more of them, lengthen the baseline, move closer, or add light";
-    match resolution {
-        Resolution::Resolved => Check::good(NAME, finding),
-        Resolution::Marginal => Check::with_advice(
-            NAME,
-            Verdict::Warning,
-            format!("{finding}: it shows only in averages over neighbours"),
-            advice,
-        ),
-        Resolution::Hidden => {
-            Check::with_advice(NAME, Verdict::Bad, format!("{finding}: noise hides it"), advice)
-        }
-    }
+    Check::new(NAME, verdict, finding + but, advice)
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::motion::measure_motion;
+use super::repeatability::measure_repeatability;
 use super::*;
 use crate::capture::CapturePlan;
 use crate::profile::LimitsProfile;

@@ -9,7 +9,7 @@ const ROUNDING_DN2: f64 = 1.0 / 12.0;
 
 /// Sums over frames of one view.
 #[derive(Debug, Clone)]
-pub struct View {
+pub(super) struct View {
     sum: Grid<f32>,
     latest: Grid<f32>,
     row_means_dn: Vec<Vec<f64>>,
@@ -20,7 +20,7 @@ pub struct View {
 
 impl View {
     /// A view of one frame.
-    pub fn new(frame: &Frame) -> Self {
+    pub(super) fn new(frame: &Frame) -> Self {
         let latest = plane(frame);
         Self { sum: latest.clone(), row_means_dn: vec![row_means(&latest)], latest, differences_dn2: 0.0 }
     }
@@ -29,7 +29,7 @@ impl View {
     ///
     /// # Errors
     /// [`CameraError`] if a frame cannot be taken.
-    pub fn take(camera: &mut dyn Camera, frames: usize) -> Result<Self, CameraError> {
+    pub(super) fn take(camera: &mut dyn Camera, frames: usize) -> Result<Self, CameraError> {
         let moment = camera.now();
         let mut view = Self::new(&camera.grab_after(moment)?.frame);
         for _ in 1..frames {
@@ -46,7 +46,7 @@ impl View {
     }
 
     /// Adds a frame. Returns `false` if its size differs.
-    pub fn add(&mut self, frame: &Frame) -> bool {
+    pub(super) fn add(&mut self, frame: &Frame) -> bool {
         if (frame.rows(), frame.columns()) != (self.sum.rows(), self.sum.columns()) {
             return false;
         }
@@ -71,26 +71,26 @@ impl View {
     }
 
     /// Width of the frames.
-    pub fn columns(&self) -> usize {
+    pub(super) fn columns(&self) -> usize {
         self.sum.columns()
     }
 
     /// The mean of each row, frame by frame, in DN.
-    pub fn row_means_dn(&self) -> &[Vec<f64>] {
+    pub(super) fn row_means_dn(&self) -> &[Vec<f64>] {
         &self.row_means_dn
     }
 
     /// Standard deviation of a frame's samples, in DN, from differences of neighbouring frames; changes
     /// common to a row are light, not noise. At least that of rounding, which is also the value for a single
     /// frame.
-    pub fn noise_dn(&self) -> f64 {
+    pub(super) fn noise_dn(&self) -> f64 {
         let pairs = (self.row_means_dn.len() - 1).max(1) as f64;
         (self.differences_dn2 / (2.0 * pairs)).max(ROUNDING_DN2).sqrt()
     }
 
     /// Root mean square of the gradient along x, in DN per px: from central differences, with the noise
     /// subtracted.
-    pub fn gradient_dn_per_px(&self) -> f64 {
+    pub(super) fn gradient_dn_per_px(&self) -> f64 {
         let frames = self.row_means_dn.len() as f64;
         let mut squares = 0.0;
         for y in 0..self.sum.rows() {
