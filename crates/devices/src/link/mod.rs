@@ -8,7 +8,6 @@ mod error;
 mod inbox;
 #[cfg(unix)]
 mod lock;
-mod logged;
 #[cfg(any(test, not(unix)))]
 #[cfg_attr(unix, allow(unreachable_pub, dead_code, reason = "only its messages are tested here"))]
 mod no_serial;
@@ -25,7 +24,6 @@ pub use error::LinkError;
 pub use inbox::Inbox;
 #[cfg(unix)]
 pub use lock::{PortLock, holder};
-pub use logged::LoggedLink;
 #[cfg(not(unix))]
 pub use no_serial::{PtyServer, ask_holder_to_stop, holder, open, ports, serve};
 pub use replay::Replay;

@@ -3,7 +3,9 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use epirig_devices::link::{LineNoise, Link, LinkError, PtyServer, SerialLink, SimulatedDevice, holder};
+use epirig_devices::link::{
+    LineNoise, Link, LinkError, PtyServer, SerialLink, SimulatedDevice, holder, serve,
+};
 use epirig_devices::stage::grbl::GrblOptions;
 use epirig_devices::stage::native::{BAUD, NativeOptions};
 use epirig_devices::stage::simulator::{GrblDevice, NativeDevice};
@@ -18,7 +20,7 @@ struct Bench {
 fn bench(device: impl SimulatedDevice + 'static, noise: &LineNoise) -> Bench {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("port");
-    let server = PtyServer::start(device, noise, &port).unwrap();
+    let server = serve(device, noise, &port).unwrap();
     Bench { port: port.to_string_lossy().into_owned(), _server: server, _folder: folder }
 }
 

@@ -14,9 +14,11 @@ use rustix::process::{Pid, Signal};
 use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
 use serialport::{SerialPort, SerialPortType, TTYPort};
 
-use super::{LineNoise, Link, LinkError, LoggedLink, PortFacts, PortLock, SimulatedDevice, UsbFacts, holder};
+use tracing::{debug, trace};
 
-pub use pty::PtyServer;
+use super::{Link, LinkError, PortFacts, PortLock, UsbFacts, holder};
+
+pub use pty::{PtyServer, serve};
 
 /// A message takes a few ms to send; a port that accepts nothing for this time is stuck.
 const SEND_PATIENCE: Duration = Duration::from_secs(2);
@@ -52,6 +54,7 @@ impl SerialLink {
             serialport::ErrorKind::Io(kind) => unopened(path, kind, &error),
             _ => unopened(path, ErrorKind::Other, &error),
         })?;
+        debug!(port = path, "line opened");
         Ok(Self {
             path: path.to_owned(),
             port,
@@ -100,19 +103,7 @@ fn keep_control_lines(path: &str) -> Result<(), LinkError> {
 /// # Errors
 /// [`LinkError`] if there is no such port, another process uses it, or the user may not open it.
 pub fn open(path: &str, baud: u32) -> Result<Box<dyn Link>, LinkError> {
-    Ok(Box::new(LoggedLink::new(SerialLink::open(path, baud)?)))
-}
-
-/// Puts a simulated device behind a pseudo-terminal; see [`PtyServer::start`].
-///
-/// # Errors
-/// [`LinkError::Io`] if there is no pseudo-terminal or the link cannot be created.
-pub fn serve(
-    device: impl SimulatedDevice + 'static,
-    noise: &LineNoise,
-    link: &Path,
-) -> Result<PtyServer, LinkError> {
-    PtyServer::start(device, noise, link)
+    Ok(Box::new(SerialLink::open(path, baud)?))
 }
 
 /// Asks the process that uses a port to stop its stage now (SIGUSR1), if it is this program. Returns its id.
@@ -134,7 +125,9 @@ impl Link for SerialLink {
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         let sent = self.port.set_timeout(SEND_PATIENCE).map_err(std::io::Error::from);
-        sent.and_then(|()| self.port.write_all(bytes)).map_err(|error| self.failed("send", &error))
+        let sent = sent.and_then(|()| self.port.write_all(bytes));
+        trace!(port = self.path, bytes = %bytes.escape_ascii(), ok = sent.is_ok(), "sent");
+        sent.map_err(|error| self.failed("send", &error))
     }
 
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> Result<usize, LinkError> {
@@ -144,7 +137,10 @@ impl Link for SerialLink {
             let read = self.port.set_timeout(left).map_err(std::io::Error::from);
             match read.and_then(|()| self.port.read(buffer)) {
                 Ok(0) => return Err(LinkError::Lost { port: self.path.clone() }),
-                Ok(count) => return Ok(count),
+                Ok(count) => {
+                    trace!(port = self.path, bytes = %buffer[..count].escape_ascii(), "received");
+                    return Ok(count);
+                }
                 Err(error) if error.kind() == ErrorKind::TimedOut => return Ok(0),
                 Err(error) if error.kind() == ErrorKind::Interrupted && !left.is_zero() => {}
                 Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(0),

@@ -40,42 +40,42 @@ pub struct PtyServer {
 }
 
 impl PtyServer {
-    /// Puts `device` behind a pseudo-terminal with the symbolic link `link`; or, if `link` is a serial port,
-    /// on that port.
-    ///
-    /// # Errors
-    /// [`LinkError`] if there is no pseudo-terminal, the link cannot be created or the port cannot be opened.
-    /// Any other file at `link` is not changed.
-    pub fn start(
-        device: impl SimulatedDevice + 'static,
-        noise: &LineNoise,
-        link: &Path,
-    ) -> Result<Self, LinkError> {
-        let quit = Arc::new(AtomicBool::new(false));
-        let pty = Pty::open(link)?;
-        let mut server = Server {
-            device,
-            to_device: noise.clone(),
-            from_device: noise.reversed(),
-            held_until: Instant::now(),
-            link: link.to_owned(),
-            quit: Arc::clone(&quit),
-        };
-        let thread = Builder::new().spawn(move || server.run(pty)).map_err(|error| {
-            remove_link(link);
-            LinkError::Io {
-                port: link.display().to_string(),
-                action: "start the device",
-                detail: error.to_string(),
-            }
-        })?;
-        Ok(Self { link: link.to_owned(), quit, thread: Some(thread) })
-    }
-
     /// Whether the device is running; `false` after a failure to create a new terminal.
     pub fn alive(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
+}
+
+/// Puts `device` behind a pseudo-terminal with the symbolic link `link`; or, if `link` is a serial port,
+/// on that port.
+///
+/// # Errors
+/// [`LinkError`] if there is no pseudo-terminal, the link cannot be created or the port cannot be opened.
+/// Any other file at `link` is not changed.
+pub fn serve(
+    device: impl SimulatedDevice + 'static,
+    noise: &LineNoise,
+    link: &Path,
+) -> Result<PtyServer, LinkError> {
+    let quit = Arc::new(AtomicBool::new(false));
+    let pty = Pty::open(link)?;
+    let mut server = Server {
+        device,
+        to_device: noise.clone(),
+        from_device: noise.reversed(),
+        held_until: Instant::now(),
+        link: link.to_owned(),
+        quit: Arc::clone(&quit),
+    };
+    let thread = Builder::new().spawn(move || server.run(pty)).map_err(|error| {
+        remove_link(link);
+        LinkError::Io {
+            port: link.display().to_string(),
+            action: "start the device",
+            detail: error.to_string(),
+        }
+    })?;
+    Ok(PtyServer { link: link.to_owned(), quit, thread: Some(thread) })
 }
 
 impl Drop for PtyServer {
