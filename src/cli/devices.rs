@@ -7,7 +7,7 @@ use super::camera::ControlOutput;
 use super::{CliError, Talk};
 use epirig_devices::camera::pixels::PixelFormat;
 use epirig_devices::camera::{
-    Camera, CameraError, CameraIdentity, Interval, OfferedFormat, Sizes, V4l2Camera, V4l2Device, cameras,
+    CameraError, CameraIdentity, Interval, OfferedFormat, Sizes, cameras, open_camera,
 };
 use epirig_devices::link::{LinkError, PortFacts, holder, ports};
 
@@ -156,7 +156,7 @@ fn port_output(port: &PortFacts, used_by: Option<i32>) -> Port {
 /// A camera as data and as text, with its formats and controls if it tells them.
 fn look_at(identity: &CameraIdentity) -> (CameraOutput, String) {
     let ask = || -> Result<_, CameraError> {
-        let mut camera = V4l2Camera::new(V4l2Device::open(&identity.name())?);
+        let mut camera = open_camera(&identity.name())?;
         Ok((camera.offered()?, camera.controls()?))
     };
     let mut text = format!("{identity}\n");

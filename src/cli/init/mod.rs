@@ -17,7 +17,7 @@ use super::{CliError, Talk};
 use crate::profile::{Draft, Findings, FoundCamera, commented};
 use epirig_core::shell::quoted;
 use epirig_devices::camera::pixels::PixelFormat;
-use epirig_devices::camera::{Camera, CameraIdentity, V4l2Camera, V4l2Device};
+use epirig_devices::camera::{CameraIdentity, open_camera};
 use epirig_devices::link::PortFacts;
 use questions::{ask, mistakes};
 
@@ -149,7 +149,7 @@ fn port_choice(port: &PortFacts) -> String {
 }
 
 fn found_camera(identity: &CameraIdentity, connected: &[CameraIdentity]) -> FoundCamera {
-    let offered = V4l2Device::open(&identity.name()).and_then(|device| V4l2Camera::new(device).offered());
+    let offered = open_camera(&identity.name()).and_then(|mut camera| camera.offered());
     // A camera that another program uses is listed too.
     let formats = offered.unwrap_or_default();
     let known = formats.iter().filter(|format| PixelFormat::from_four_cc(format.four_cc).is_some());

@@ -41,12 +41,9 @@ pub fn average(
         }
         let next = camera.grab_after(moment)?;
         if !sums.add(&next.frame) {
+            let asked = format!("{} x {} of {} bit", sums.columns, sums.rows, sums.bit_depth);
             let camera = camera.identity().name();
-            return Err(CameraError::Substituted {
-                camera,
-                asked: format!("{} x {} of {} bit", sums.columns, sums.rows, sums.bit_depth),
-                got: "frames of another shape".to_owned(),
-            });
+            return Err(CameraError::substituted(&camera, asked, "frames of another shape"));
         }
         facts.push(next.facts);
     }

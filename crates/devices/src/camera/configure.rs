@@ -78,12 +78,7 @@ fn write_controls(
         let control = find_control(camera, &controls, name)?;
         let value = control.parse(camera, value)?;
         if written.contains(&control.id) {
-            return Err(CameraError::ControlRefused {
-                camera: camera.to_owned(),
-                name: control.name.clone(),
-                value: value.to_string(),
-                reason: "it is given twice".to_owned(),
-            });
+            return Err(control.refused(camera, value, "it is given twice".to_owned()));
         }
         write_and_compare(device, camera, control, value)?;
         written.push(control.id);
@@ -113,19 +108,13 @@ fn set_format(
     let size = choose_size(chosen, settings, active.size, camera)?;
     let got = device.set_format(chosen.four_cc, size)?;
     if (got.four_cc, got.size) != (chosen.four_cc, size) {
-        return Err(CameraError::Substituted {
-            camera: camera.to_owned(),
-            asked: format!("{} {size}", chosen.four_cc),
-            got: got.to_string(),
-        });
+        return Err(CameraError::substituted(camera, format!("{} {size}", chosen.four_cc), got));
     }
     if got.interlaced {
-        return Err(CameraError::NotACamera {
-            camera: camera.to_owned(),
-            reason:
-                "its frames are interlaced: their rows were taken at two times; set it to a progressive mode"
-                    .to_owned(),
-        });
+        return Err(CameraError::not_a_camera(
+            camera,
+            "its frames are interlaced: their rows were taken at two times; set it to a progressive mode",
+        ));
     }
     Ok((got, pixels))
 }
@@ -142,8 +131,7 @@ fn choose_format<'a>(
         let names: Vec<String> = known.iter().map(|(format, _)| format.four_cc.to_string()).collect();
         if names.is_empty() { "no format that epirig can decode".to_owned() } else { names.join(", ") }
     };
-    let not_offered =
-        |wanted: String| CameraError::NotOffered { camera: camera.to_owned(), wanted, offered: names() };
+    let not_offered = |wanted: String| CameraError::not_offered(camera, wanted, names());
     let fits_size = |format: &OfferedFormat| settings.size.is_none_or(|size| format.sizes.holds(size));
     let chosen = match settings.four_cc {
         // Some codes differ in case only, so exact matches come first.
@@ -170,14 +158,11 @@ fn choose_format<'a>(
         return Err(not_offered(format!("colour mosaic in format {}, for --bayer", format.four_cc)));
     }
     if pixels.is_bayer() && settings.bayer.is_none() {
-        return Err(CameraError::NotOffered {
-            camera: camera.to_owned(),
-            wanted: "grey format".to_owned(),
-            offered: format!(
-                "{}; choose the use of its colour mosaic: --bayer green (the green pixels) or --bayer binned (all four)",
-                names()
-            ),
-        });
+        let offered = format!(
+            "{}; choose the use of its colour mosaic: --bayer green (the green pixels) or --bayer binned (all four)",
+            names()
+        );
+        return Err(CameraError::not_offered(camera, "grey format", offered));
     }
     Ok((format, pixels))
 }
@@ -208,8 +193,7 @@ fn choose_size(
             format!("{least} to {greatest} in steps of {}, {}", step.columns, step.rows)
         }
     };
-    let wanted = format!("size of {size} in {}", format.four_cc);
-    Err(CameraError::NotOffered { camera: camera.to_owned(), wanted, offered })
+    Err(CameraError::not_offered(camera, format!("size of {size} in {}", format.four_cc), offered))
 }
 
 fn set_rate(
@@ -226,11 +210,8 @@ fn set_rate(
         device.set_interval(asked)?;
         let got = device.interval()?;
         if !got.is_some_and(|got| (got.rate_hz() / rate_hz - 1.0).abs() <= SAME_RATE) {
-            return Err(CameraError::Substituted {
-                camera: camera.to_owned(),
-                asked: format!("{rate_hz} Hz"),
-                got: got.map_or("an unknown rate".to_owned(), |got| got.to_string()),
-            });
+            let got = got.map_or("an unknown rate".to_owned(), |got| got.to_string());
+            return Err(CameraError::substituted(camera, format!("{rate_hz} Hz"), got));
         }
     }
     device.interval()
@@ -257,11 +238,7 @@ fn refuse_unlisted_rate(
         return Ok(());
     }
     let names: Vec<String> = rates.iter().map(|rate| format!("{rate:.3} Hz")).collect();
-    Err(CameraError::NotOffered {
-        camera: camera.to_owned(),
-        wanted: format!("rate of {rate_hz} Hz in {format}"),
-        offered: names.join(", "),
-    })
+    Err(CameraError::not_offered(camera, format!("rate of {rate_hz} Hz in {format}"), names.join(", ")))
 }
 
 /// The controls that are set by name.
@@ -325,34 +302,21 @@ fn set_exposure(
 ) -> Result<u32, CameraError> {
     let controls = device.controls()?;
     let Some((control, unit_us)) = exposure_unit(&controls, size.columns) else {
-        return Err(CameraError::NotOffered {
-            camera: camera.to_owned(),
-            wanted: "exposure time in a known unit".to_owned(),
-            offered: "other controls; see `epirig camera get`".to_owned(),
-        });
+        let (wanted, offered) = ("exposure time in a known unit", "other controls; see `epirig camera get`");
+        return Err(CameraError::not_offered(camera, wanted, offered));
     };
     /// Largest relative difference to the wanted exposure, because of the camera's unit.
     const NEAR: f64 = 0.05;
     let value = (exposure_us / unit_us).round();
     let in_us = |value: i64| value as f64 * unit_us;
+    let refused = |reason| Err(control.refused(camera, format!("{exposure_us} us"), reason));
     if (value * unit_us - exposure_us).abs() > NEAR * exposure_us {
-        return Err(CameraError::ControlRefused {
-            camera: camera.to_owned(),
-            name: control.name.clone(),
-            value: format!("{exposure_us} us"),
-            reason: format!(
-                "it is counted in units of {unit_us:.1} us; the nearest is {:.1} us",
-                value * unit_us
-            ),
-        });
+        let nearest = value * unit_us;
+        return refused(format!("it is counted in units of {unit_us:.1} us; the nearest is {nearest:.1} us"));
     }
     if !(control.minimum as f64..=control.maximum as f64).contains(&value) {
-        return Err(CameraError::ControlRefused {
-            camera: camera.to_owned(),
-            name: control.name.clone(),
-            value: format!("{exposure_us} us"),
-            reason: format!("its range is {} us to {} us", in_us(control.minimum), in_us(control.maximum)),
-        });
+        let (least, most) = (in_us(control.minimum), in_us(control.maximum));
+        return refused(format!("its range is {least} us to {most} us"));
     }
     write_and_compare(device, camera, control, value as i64)?;
     Ok(control.id)
@@ -370,16 +334,11 @@ pub(super) fn write_and_compare(
 ) -> Result<(), CameraError> {
     control.check(camera, value)?;
     device.write_control(control.id, value).map_err(|error| match error {
-        CameraError::System { camera, detail, .. } => CameraError::ControlRefused {
-            camera,
-            name: control.name.clone(),
-            value: value.to_string(),
-            reason: format!(
-                "its driver reports: {detail}; --control {}={} keeps its value",
-                control.name,
-                control.value.unwrap_or(value)
-            ),
-        },
+        CameraError::System { camera, detail, .. } => {
+            let (name, kept) = (&control.name, control.value.unwrap_or(value));
+            let reason = format!("its driver reports: {detail}; --control {name}={kept} keeps its value");
+            control.refused(&camera, value, reason)
+        }
         other => other,
     })?;
     if control.kind == ControlKind::Button || control.value.is_none() {
@@ -391,11 +350,7 @@ pub(super) fn write_and_compare(
     if same {
         return Ok(());
     }
-    Err(CameraError::Substituted {
-        camera: camera.to_owned(),
-        asked: format!("{} = {value}", control.name),
-        got: found.to_string(),
-    })
+    Err(CameraError::substituted(camera, format!("{} = {value}", control.name), found))
 }
 
 #[cfg(test)]

@@ -16,10 +16,11 @@ pub enum CameraRemedy {
 }
 
 impl CameraError {
-    /// The remedy.
-    pub fn remedy(&self) -> CameraRemedy {
+    /// What helps, and who must act.
+    fn consequence(&self) -> (CameraRemedy, Blame) {
+        use CameraRemedy::{AnotherOrder, Reconnect, StartAnew};
         match self {
-            Self::Gone { .. } | Self::NoSignal { .. } => CameraRemedy::Reconnect,
+            Self::Gone { .. } | Self::NoSignal { .. } => (Reconnect, Blame::Device),
             Self::Timeout { .. }
             | Self::Unsteady { .. }
             | Self::Stream { .. }
@@ -27,62 +28,37 @@ impl CameraError {
             | Self::ControlUnanswered { .. }
             | Self::ControlChanged { .. }
             | Self::Substituted { .. }
-            | Self::System { .. } => CameraRemedy::StartAnew,
+            | Self::System { .. } => (StartAnew, Blame::Device),
             Self::NoSuchCamera { .. }
             | Self::NoMatch { .. }
-            | Self::Ambiguous { .. }
-            | Self::AnotherCamera { .. }
-            | Self::AnotherSocket { .. }
             | Self::NotACamera { .. }
-            | Self::Permission { .. }
             | Self::Busy { .. }
-            | Self::NotOnThisSystem { .. }
+            | Self::Permission { .. }
+            | Self::NotOnThisSystem { .. } => (AnotherOrder, Blame::NoDevice),
+            Self::Ambiguous { .. }
             | Self::NotOffered { .. }
             | Self::NoSuchControl { .. }
-            | Self::ControlRefused { .. }
+            | Self::ControlRefused { .. } => (AnotherOrder, Blame::Request),
+            Self::Sequence(error) => (AnotherOrder, error.blame()),
+            Self::Exhausted { .. } => (AnotherOrder, Blame::Data),
+            Self::AnotherCamera { .. }
+            | Self::AnotherSocket { .. }
             | Self::NotStarted { .. }
             | Self::ReconnectTimeout { .. }
             | Self::Frame(_)
-            | Self::Sequence(_)
-            | Self::Exhausted { .. }
             | Self::Interrupted { .. }
-            | Self::Unsupported { .. } => CameraRemedy::AnotherOrder,
+            | Self::Unsupported { .. } => (AnotherOrder, Blame::Device),
         }
+    }
+
+    /// The remedy.
+    pub fn remedy(&self) -> CameraRemedy {
+        self.consequence().0
     }
 }
 
 impl Fault for CameraError {
     fn blame(&self) -> Blame {
-        match self {
-            Self::NoSuchCamera { .. }
-            | Self::NoMatch { .. }
-            | Self::NotACamera { .. }
-            | Self::Busy { .. }
-            | Self::Permission { .. }
-            | Self::NotOnThisSystem { .. } => Blame::NoDevice,
-            Self::Ambiguous { .. }
-            | Self::NotOffered { .. }
-            | Self::NoSuchControl { .. }
-            | Self::ControlRefused { .. } => Blame::Request,
-            Self::Sequence(error) => error.blame(),
-            Self::Exhausted { .. } => Blame::Data,
-            Self::AnotherCamera { .. }
-            | Self::AnotherSocket { .. }
-            | Self::Gone { .. }
-            | Self::Substituted { .. }
-            | Self::ControlChanged { .. }
-            | Self::ControlUnanswered { .. }
-            | Self::Silent { .. }
-            | Self::NoSignal { .. }
-            | Self::NotStarted { .. }
-            | Self::Timeout { .. }
-            | Self::ReconnectTimeout { .. }
-            | Self::Unsteady { .. }
-            | Self::Stream { .. }
-            | Self::System { .. }
-            | Self::Frame(_)
-            | Self::Interrupted { .. }
-            | Self::Unsupported { .. } => Blame::Device,
-        }
+        self.consequence().1
     }
 }

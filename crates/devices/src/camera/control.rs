@@ -84,13 +84,7 @@ impl Control {
                 .strip_prefix("0x")
                 .map_or_else(|| text.parse().ok(), |digits| i64::from_str_radix(digits, 16).ok()),
         };
-        let refused = |reason: String| CameraError::ControlRefused {
-            camera: camera.to_owned(),
-            name: self.name.clone(),
-            value: text.to_owned(),
-            reason,
-        };
-        let value = value.ok_or_else(|| refused(self.values()))?;
+        let value = value.ok_or_else(|| self.refused(camera, text, self.values()))?;
         self.check(camera, value)?;
         Ok(value)
     }
@@ -112,14 +106,13 @@ impl Control {
             ControlKind::Bitmask if value & !(self.maximum | 0xffff_ffff) != 0 => Some(self.values()),
             _ => None,
         };
-        reason.map_or(Ok(()), |reason| {
-            Err(CameraError::ControlRefused {
-                camera: camera.to_owned(),
-                name: self.name.clone(),
-                value: value.to_string(),
-                reason,
-            })
-        })
+        reason.map_or(Ok(()), |reason| Err(self.refused(camera, value, reason)))
+    }
+
+    /// The error for a value that it does not take.
+    pub(super) fn refused(&self, camera: &str, value: impl ToString, reason: String) -> CameraError {
+        let (name, value) = (self.name.clone(), value.to_string());
+        CameraError::ControlRefused { camera: camera.to_owned(), name, value, reason }
     }
 
     fn on_grid(&self, value: i64) -> bool {

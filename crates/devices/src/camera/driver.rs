@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{
-    Camera, CameraChoice, CameraError, ReplayCamera, SimCamera, V4l2Camera, V4l2Device, ViewSwitch, cameras,
-    choose,
+    Camera, CameraChoice, CameraError, ReplayCamera, SimCamera, ViewSwitch, cameras, choose, open_camera,
 };
 use crate::stage::StagePosition;
 use epirig_simulator::Simulator;
@@ -70,10 +69,8 @@ impl CameraDriver for Simulated {
     }
 
     fn open(&self, _device: Option<&str>, around: &Surroundings) -> Result<OpenCamera, CameraError> {
-        let simulator = around.simulator.clone().ok_or_else(|| CameraError::NotACamera {
-            camera: self.name().to_owned(),
-            reason: "there is no simulated object".to_owned(),
-        })?;
+        let missing = || CameraError::not_a_camera(self.name(), "there is no simulated object");
+        let simulator = around.simulator.clone().ok_or_else(missing)?;
         let mut camera = SimCamera::before_simulator(simulator, around.stage.clone());
         if around.in_real_time {
             camera.device().in_real_time();
@@ -114,8 +111,7 @@ impl CameraDriver for V4l2 {
     }
 
     fn open(&self, device: Option<&str>, _around: &Surroundings) -> Result<OpenCamera, CameraError> {
-        let not_a_name =
-            |reason| CameraError::NotACamera { camera: device.unwrap_or_default().to_owned(), reason };
+        let not_a_name = |reason: String| CameraError::not_a_camera(device.unwrap_or_default(), reason);
         let choice = device.map_or(Ok(CameraChoice::Any), str::parse).map_err(not_a_name)?;
         let known = if matches!(choice, CameraChoice::Path(_)) { Ok(Vec::new()) } else { cameras() };
         let known = known.map_err(|error| match error {
@@ -124,8 +120,7 @@ impl CameraDriver for V4l2 {
             }
             other => other,
         })?;
-        let camera = V4l2Camera::new(V4l2Device::open(&choose(&choice, &known)?)?);
-        Ok(OpenCamera { camera: Box::new(camera), view: None })
+        Ok(OpenCamera { camera: open_camera(&choose(&choice, &known)?)?, view: None })
     }
 }
 

@@ -278,6 +278,21 @@ fn suggestion(nearest: &Option<String>) -> String {
 }
 
 impl CameraError {
+    /// The device gives no images that can be decoded.
+    pub(super) fn not_a_camera(camera: &str, reason: impl Into<String>) -> Self {
+        Self::NotACamera { camera: camera.to_owned(), reason: reason.into() }
+    }
+
+    /// The camera does not offer what is wanted.
+    pub(super) fn not_offered(camera: &str, wanted: impl Into<String>, offered: impl Into<String>) -> Self {
+        Self::NotOffered { camera: camera.to_owned(), wanted: wanted.into(), offered: offered.into() }
+    }
+
+    /// The driver has set something else.
+    pub(super) fn substituted(camera: &str, asked: impl ToString, got: impl ToString) -> Self {
+        Self::Substituted { camera: camera.to_owned(), asked: asked.to_string(), got: got.to_string() }
+    }
+
     /// Whether a restart of the camera may help.
     pub(super) fn is_mended_by_restart(&self) -> bool {
         matches!(

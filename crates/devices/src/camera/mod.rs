@@ -2,7 +2,7 @@
 //!
 //! [`Camera`] is the interface for the rest of the program. It gives frames that began after a given moment,
 //! each with the facts that certify it. [`CheckedCamera`] makes a camera of any [`VideoDevice`], which is a
-//! bare driver: [`V4l2Device`] for real cameras, [`SimDevice`] for a simulated one, with scripted faults.
+//! bare driver: `V4l2Device` for real cameras (on Linux), [`SimDevice`] for a simulated one, with scripted faults.
 //! [`ReplayCamera`] gives the frames of a sequence.
 
 mod assess;
@@ -48,7 +48,7 @@ pub use format::{ActiveFormat, Interval, OfferedFormat, Size, Sizes};
 pub use identity::{CameraChoice, CameraIdentity, choose};
 pub use moment::Moment;
 #[cfg(not(target_os = "linux"))]
-pub use no_v4l2::{V4l2Device, VideoOutput, cameras};
+pub use no_v4l2::{VideoOutput, cameras, open_camera};
 pub use onlooker::Onlooker;
 pub use replay::ReplayCamera;
 pub use settings::{CameraSettings, Configuration, Pinned};
@@ -57,7 +57,4 @@ pub use stillness::Difference;
 pub use timing::TimingRule;
 pub use trusted::{Camera, FrameFacts, TakenFrame};
 #[cfg(target_os = "linux")]
-pub use v4l2::{V4l2Device, VideoOutput, cameras};
-
-/// A real camera with checked frames.
-pub type V4l2Camera = CheckedCamera<V4l2Device>;
+pub use v4l2::{V4l2Camera, V4l2Device, VideoOutput, cameras, open_camera};

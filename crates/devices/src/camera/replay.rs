@@ -124,11 +124,8 @@ impl Camera for ReplayCamera {
             || settings.bayer.is_some()
             || !settings.controls.is_empty();
         if unlike || asks_for_more {
-            return Err(CameraError::NotOffered {
-                camera: self.name(),
-                wanted: "other settings than its own".to_owned(),
-                offered: format.to_string(),
-            });
+            let wanted = "other settings than its own";
+            return Err(CameraError::not_offered(&self.name(), wanted, format.to_string()));
         }
         self.started = false;
         Ok(Configuration {

@@ -207,11 +207,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
         let found = configure(&mut self.device, &before.settings)?;
         let shape = |configuration: &Configuration| (configuration.format, configuration.interval);
         if shape(&found) != shape(&before.configuration) {
-            return Err(CameraError::Substituted {
-                camera,
-                asked: before.configuration.to_string(),
-                got: found.to_string(),
-            });
+            return Err(CameraError::substituted(&camera, &before.configuration, found));
         }
         for pinned in &before.configuration.pinned {
             let controls = self.device.controls()?;
@@ -280,12 +276,10 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
     fn configure(&mut self, settings: &CameraSettings) -> Result<Configuration, CameraError> {
         self.stop()?;
         let configuration = configure(&mut self.device, settings)?;
-        let pixels = PixelFormat::from_four_cc(configuration.format.four_cc).ok_or_else(|| {
-            CameraError::NotACamera {
-                camera: self.name(),
-                reason: format!("the format {} cannot be decoded", configuration.format.four_cc),
-            }
-        })?;
+        let four_cc = configuration.format.four_cc;
+        let undecodable = || format!("the format {four_cc} cannot be decoded");
+        let pixels = PixelFormat::from_four_cc(four_cc)
+            .ok_or_else(|| CameraError::not_a_camera(&self.name(), undecodable()))?;
         info!(device = self.name(), %configuration, "camera configured");
         for Pinned { name, value, .. } in &configuration.pinned {
             debug!(device = self.name(), control = name, value, "control set and watched");

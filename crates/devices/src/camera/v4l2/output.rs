@@ -38,26 +38,21 @@ impl VideoOutput {
         let format = node
             .set_format(Direction::Output, grey.to_u32(), side(size.columns), side(size.rows))
             .map_err(failed(path, "show pictures"))?;
-        let got = Size { columns: format.columns as usize, rows: format.rows as usize };
-        if (format.four_cc, got) != (grey.to_u32(), size) {
-            return Err(CameraError::Substituted {
-                camera: path.to_owned(),
-                asked: format!("{grey} {size}"),
-                got: format!("{} {got}", FourCc::from_u32(format.four_cc)),
-            });
+        let got = Size { columns: format.width as usize, rows: format.height as usize };
+        if (format.pixelformat, got) != (grey.to_u32(), size) {
+            let got = format!("{} {got}", FourCc::from_u32(format.pixelformat));
+            return Err(CameraError::substituted(path, format!("{grey} {size}"), got));
         }
-        if (format.stride as usize) < size.columns {
-            return Err(CameraError::NotACamera {
-                camera: path.to_owned(),
-                reason: "its driver reports rows that are shorter than the width of its pictures".to_owned(),
-            });
+        if (format.bytesperline as usize) < size.columns {
+            let reason = "its driver reports rows that are shorter than the width of its pictures";
+            return Err(CameraError::not_a_camera(path, reason));
         }
         Ok(Self {
             path: path.to_owned(),
             node,
             size,
-            stride: format.stride as usize,
-            image_bytes: format.image_bytes as usize,
+            stride: format.bytesperline as usize,
+            image_bytes: format.sizeimage as usize,
             buffers: None,
         })
     }
@@ -88,11 +83,8 @@ impl VideoOutput {
     }
 
     fn unfit(&self, what: &str) -> CameraError {
-        CameraError::NotOffered {
-            camera: self.path.clone(),
-            wanted: format!("way to show {what}"),
-            offered: format!("GREY {}", self.size),
-        }
+        let offered = format!("GREY {}", self.size);
+        CameraError::not_offered(&self.path, format!("way to show {what}"), offered)
     }
 
     fn exchange(&mut self, samples: &[u8], until: Instant) -> io::Result<bool> {

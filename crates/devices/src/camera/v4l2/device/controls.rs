@@ -5,7 +5,7 @@ use v4l::v4l_sys as sys;
 use super::V4l2Device;
 use crate::camera::automatic::known;
 use crate::camera::v4l2::failure::failed;
-use crate::camera::v4l2::kernel::ControlQuery;
+use crate::camera::v4l2::kernel::title;
 use crate::camera::{CameraError, Control, ControlKind};
 
 impl V4l2Device {
@@ -40,13 +40,13 @@ impl V4l2Device {
     /// The name of a control in commands; its number if the driver does not describe it.
     pub(super) fn control_name(&self, id: u32) -> String {
         let query = self.node.query_control(id).ok().flatten();
-        query.map_or_else(|| format!("control {id:#x}"), |query| Control::command_name(&query.name))
+        query.map_or_else(|| format!("control {id:#x}"), |query| Control::command_name(&title(&query)))
     }
 
-    fn control(&mut self, query: ControlQuery) -> Option<Control> {
-        let wide = query.kind == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER64;
-        let simple = query.flags & sys::V4L2_CTRL_FLAG_HAS_PAYLOAD == 0 && query.elements <= 1;
-        let kind = match query.kind {
+    fn control(&mut self, query: sys::v4l2_query_ext_ctrl) -> Option<Control> {
+        let wide = query.type_ == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER64;
+        let simple = query.flags & sys::V4L2_CTRL_FLAG_HAS_PAYLOAD == 0 && query.elems <= 1;
+        let kind = match query.type_ {
             sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_CTRL_CLASS => return None,
             _ if query.flags & sys::V4L2_CTRL_FLAG_DISABLED != 0 => return None,
             _ if !simple => ControlKind::Other,
@@ -70,12 +70,12 @@ impl V4l2Device {
         let items = if kind == ControlKind::Menu { self.menu(&query) } else { Vec::new() };
         Some(Control {
             id: query.id,
-            name: Control::command_name(&query.name),
+            name: Control::command_name(&title(&query)),
             kind,
             minimum: query.minimum,
             maximum: query.maximum,
             step: query.step,
-            default: query.default,
+            default: query.default_value,
             value,
             read_only: query.flags & sys::V4L2_CTRL_FLAG_READ_ONLY != 0,
             inactive: query.flags & sys::V4L2_CTRL_FLAG_INACTIVE != 0,
@@ -83,10 +83,10 @@ impl V4l2Device {
         })
     }
 
-    fn menu(&self, query: &ControlQuery) -> Vec<(i64, String)> {
+    fn menu(&self, query: &sys::v4l2_query_ext_ctrl) -> Vec<(i64, String)> {
         /// Longest menu; a damaged description might claim more.
         const LONGEST: i64 = 255;
-        let of_numbers = query.kind == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER_MENU;
+        let of_numbers = query.type_ == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER_MENU;
         let indices = query.minimum.max(0)..=query.maximum.min(LONGEST);
         let item = |index: i64| {
             let name = self.node.menu_item(query.id, u32::try_from(index).ok()?, of_numbers)?;

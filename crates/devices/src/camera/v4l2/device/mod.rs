@@ -12,11 +12,11 @@ use v4l::v4l_sys as sys;
 
 use super::discover::{cameras, identity, is_camera};
 use super::failure::{broken, control_unread, control_unset, failed, is, unopened};
-use super::kernel::{Buffers, Direction, FrameSize, Node, PixFormat};
+use super::kernel::{Buffers, Direction, Node, has_none, is_like};
 use crate::camera::pixels::{FourCc, PixelFormat};
 use crate::camera::{
     ActiveFormat, CameraError, CameraIdentity, Control, FilledBuffer, Interval, Moment, OfferedFormat, Size,
-    Sizes, StampSource, VideoDevice,
+    StampSource, VideoDevice,
 };
 
 /// Longest single wait for a buffer: some drivers do not wake waiting programs when the device is lost.
@@ -55,10 +55,7 @@ impl V4l2Device {
     pub fn open(path: &str) -> Result<Self, CameraError> {
         let node = Node::open(path).map_err(unopened(path))?;
         let capabilities = node.capabilities().map_err(|error| match error {
-            error if is(&error, Errno::NOTTY) || is(&error, Errno::INVAL) => CameraError::NotACamera {
-                camera: path.to_owned(),
-                reason: "it is not a video device".to_owned(),
-            },
+            error if has_none(&error) => CameraError::not_a_camera(path, "it is not a video device"),
             error => failed(path, "report what it is")(error),
         })?;
         if !is_camera(&capabilities) {
@@ -68,7 +65,7 @@ impl V4l2Device {
             } else {
                 "it gives no images; a camera often has several nodes, so choose another one"
             };
-            return Err(CameraError::NotACamera { camera: path.to_owned(), reason: reason.to_owned() });
+            return Err(CameraError::not_a_camera(path, reason));
         }
         let identity = identity(path, Some(&capabilities));
         let twins = cameras()?.into_iter().filter(|other| other.is_twin_of(&identity));
@@ -96,44 +93,22 @@ impl V4l2Device {
             detail: "it no longer exists".to_owned(),
         }
     }
-
-    fn sizes(&self, four_cc: u32) -> io::Result<Sizes> {
-        let size = |(columns, rows): (u32, u32)| Size { columns: columns as usize, rows: rows as usize };
-        let listed = self.node.frame_sizes(four_cc)?;
-        if let Some(FrameSize::Range { least, greatest, step }) = listed.first() {
-            return Ok(Sizes::Range { least: size(*least), greatest: size(*greatest), step: size(*step) });
-        }
-        let mut discrete = Vec::new();
-        for listed in &listed {
-            let FrameSize::Discrete((columns, rows)) = *listed else { continue };
-            let intervals = self.node.intervals(four_cc, columns, rows)?;
-            let intervals = intervals.into_iter();
-            let intervals = intervals.map(|(numerator, denominator)| Interval { numerator, denominator });
-            discrete.push((size((columns, rows)), intervals.collect()));
-        }
-        if discrete.is_empty() {
-            // The driver lists none; setting a size will show what it supports.
-            let (one, largest) = (size((1, 1)), size((u16::MAX.into(), u16::MAX.into())));
-            return Ok(Sizes::Range { least: one, greatest: largest, step: one });
-        }
-        Ok(Sizes::Discrete(discrete))
-    }
 }
 
-fn active(format: PixFormat) -> ActiveFormat {
-    let four_cc = FourCc::from_u32(format.four_cc);
+fn active(format: sys::v4l2_pix_format) -> ActiveFormat {
+    let four_cc = FourCc::from_u32(format.pixelformat);
     // Some drivers leave it out for rows without padding.
     let least = PixelFormat::from_four_cc(four_cc)
-        .and_then(|pixels| pixels.least_stride(format.columns as usize))
+        .and_then(|pixels| pixels.least_stride(format.width as usize))
         .unwrap_or(0);
-    let stride = if format.stride == 0 { least } else { format.stride as usize };
+    let stride = if format.bytesperline == 0 { least } else { format.bytesperline as usize };
     // Some drivers ignore the request for progressive frames.
     let progressive = [sys::v4l2_field_V4L2_FIELD_NONE, sys::v4l2_field_V4L2_FIELD_ANY];
     ActiveFormat {
         four_cc,
-        size: Size { columns: format.columns as usize, rows: format.rows as usize },
+        size: Size { columns: format.width as usize, rows: format.height as usize },
         stride,
-        image_bytes: format.image_bytes as usize,
+        image_bytes: format.sizeimage as usize,
         interlaced: !progressive.contains(&format.field),
     }
 }
@@ -175,7 +150,7 @@ impl VideoDevice for V4l2Device {
                 offered.push(OfferedFormat {
                     four_cc: FourCc::from_u32(code),
                     description,
-                    sizes: self.sizes(code)?,
+                    sizes: self.node.sizes(code)?,
                 });
             }
             Ok(offered)
@@ -197,21 +172,14 @@ impl VideoDevice for V4l2Device {
 
     fn interval(&mut self) -> Result<Option<Interval>, CameraError> {
         match self.node.interval() {
-            Ok((numerator, denominator)) => {
-                let interval = Interval { numerator, denominator };
-                Ok(interval.duration().map(|_| interval))
-            }
-            Err(error) if [Errno::NOTTY, Errno::INVAL, Errno::NODATA].iter().any(|no| is(&error, *no)) => {
-                Ok(None)
-            }
+            Ok(interval) => Ok(interval.duration().map(|_| interval)),
+            Err(error) if has_none(&error) || is(&error, Errno::NODATA) => Ok(None),
             Err(error) => Err(failed(&self.path, "report its rate")(error)),
         }
     }
 
     fn set_interval(&mut self, interval: Interval) -> Result<(), CameraError> {
-        self.node
-            .set_interval(interval.numerator, interval.denominator)
-            .map_err(failed(&self.path, "set its rate"))
+        self.node.set_interval(interval).map_err(failed(&self.path, "set its rate"))
     }
 
     fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
@@ -244,7 +212,7 @@ impl VideoDevice for V4l2Device {
         let lost = |what: String| Err(CameraError::NoSignal { camera: camera.clone(), what });
         let input = match self.node.input() {
             // A camera without inputs has no signal to lose.
-            Err(error) if is(&error, Errno::NOTTY) || is(&error, Errno::INVAL) => return Ok(()),
+            Err(error) if has_none(&error) => return Ok(()),
             input => input.map_err(failed(&self.path, "report the state of its input"))?,
         };
         if let Some((_, what)) = SIGNAL_TROUBLES.iter().find(|(flag, _)| input.status & flag != 0) {
@@ -254,14 +222,14 @@ impl VideoDevice for V4l2Device {
             return Ok(());
         }
         match (self.node.dv_timings(), self.node.arriving_dv_timings()) {
-            (Ok(set), Ok(arriving)) if !set.is_like(&arriving) => lost(format!(
+            (Ok(set), Ok(arriving)) if !is_like(&set, &arriving) => lost(format!(
                 "a signal of {} x {} pixels at {:.2} MHz, but is set for {} x {} at {:.2} MHz",
-                arriving.columns,
-                arriving.rows,
-                arriving.pixel_clock_hz as f64 * 1e-6,
-                set.columns,
-                set.rows,
-                set.pixel_clock_hz as f64 * 1e-6
+                { arriving.width },
+                { arriving.height },
+                arriving.pixelclock as f64 * 1e-6,
+                { set.width },
+                { set.height },
+                set.pixelclock as f64 * 1e-6
             )),
             (_, Err(error)) if is(&error, Errno::NOLINK) => lost("no signal".to_owned()),
             (_, Err(error)) if is(&error, Errno::NOLCK) => lost("an unstable signal".to_owned()),
@@ -304,10 +272,14 @@ impl VideoDevice for V4l2Device {
             let taken = stream.dequeue(&self.node).map_err(broken(&self.path, "take a buffer"))?;
             let now = monotonic();
             if let Some(taken) = taken {
+                let seconds = u64::try_from(taken.timestamp.tv_sec).unwrap_or(0);
+                let microseconds = u64::try_from(taken.timestamp.tv_usec).unwrap_or(0);
+                let ns =
+                    seconds.saturating_mul(1_000_000_000).saturating_add(microseconds.saturating_mul(1000));
                 return Ok(Some(FilledBuffer {
-                    index: taken.index,
-                    bytes_used: taken.bytes_used,
-                    stamp: Moment::from_ns(taken.stamp_ns),
+                    index: taken.index as usize,
+                    bytes_used: taken.bytesused as usize,
+                    stamp: Moment::from_ns(ns),
                     stamp_source: stamp_source(taken.flags),
                     sequence: taken.sequence,
                     flags: taken.flags,

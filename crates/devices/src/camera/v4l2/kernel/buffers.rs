@@ -11,16 +11,6 @@ use super::call::{Direction, Node, REQBUFS, Request, STREAMOFF, STREAMON, zeroed
 
 const MEMORY_MAPPED: u32 = 1;
 
-/// The relevant fields of `struct v4l2_buffer`.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::camera::v4l2) struct Dequeued {
-    pub(in crate::camera::v4l2) index: usize,
-    pub(in crate::camera::v4l2) bytes_used: usize,
-    pub(in crate::camera::v4l2) flags: u32,
-    pub(in crate::camera::v4l2) stamp_ns: u64,
-    pub(in crate::camera::v4l2) sequence: u32,
-}
-
 /// Memory of a driver's buffer, mapped into this process.
 #[derive(Debug)]
 struct Mapping {
@@ -50,8 +40,8 @@ impl Mapping {
 
 /// Constants of `mmap`, the same on all Linux machines.
 mod mmap {
-    pub(in crate::camera::v4l2) const READ_WRITE: i32 = 3;
-    pub(in crate::camera::v4l2) const SHARED: i32 = 1;
+    pub(crate) const READ_WRITE: i32 = 3;
+    pub(crate) const SHARED: i32 = 1;
 }
 
 impl Drop for Mapping {
@@ -64,7 +54,7 @@ impl Drop for Mapping {
 
 /// The buffers of a stream.
 #[derive(Debug)]
-pub(in crate::camera::v4l2) struct Buffers {
+pub(crate) struct Buffers {
     direction: Direction,
     mappings: Vec<Mapping>,
     /// Which buffers the driver owns.
@@ -73,11 +63,7 @@ pub(in crate::camera::v4l2) struct Buffers {
 
 impl Buffers {
     /// Requests buffers from the driver, and maps them; it may create more or fewer.
-    pub(in crate::camera::v4l2) fn request(
-        node: &Node,
-        direction: Direction,
-        count: usize,
-    ) -> io::Result<Self> {
+    pub(crate) fn request(node: &Node, direction: Direction, count: usize) -> io::Result<Self> {
         let made = node.request_buffers(direction, count)?;
         let mut mappings = Vec::with_capacity(made);
         for index in 0..made {
@@ -97,22 +83,17 @@ impl Buffers {
         Ok(Self { direction, queued: vec![false; made], mappings })
     }
 
-    pub(in crate::camera::v4l2) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.mappings.len()
     }
 
     /// Indices of buffers that the program owns.
-    pub(in crate::camera::v4l2) fn free(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn free(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.count()).filter(|&index| !self.queued[index])
     }
 
     /// Gives a buffer to the driver. `bytes_used` matters for output only.
-    pub(in crate::camera::v4l2) fn queue(
-        &mut self,
-        node: &Node,
-        index: usize,
-        bytes_used: usize,
-    ) -> io::Result<()> {
+    pub(crate) fn queue(&mut self, node: &Node, index: usize, bytes_used: usize) -> io::Result<()> {
         let Some(queued) = self.queued.get_mut(index).filter(|queued| !**queued) else {
             return Err(io::Error::other("the driver owns the buffer already"));
         };
@@ -124,8 +105,9 @@ impl Buffers {
         Ok(())
     }
 
-    /// Takes a finished buffer from the driver; `None` if there is none now.
-    pub(in crate::camera::v4l2) fn dequeue(&mut self, node: &Node) -> io::Result<Option<Dequeued>> {
+    /// Takes a finished buffer from the driver, which states no more bytes than it has; `None` if there is none
+    /// now.
+    pub(crate) fn dequeue(&mut self, node: &Node) -> io::Result<Option<sys::v4l2_buffer>> {
         let mut buffer = node.buffer(self.direction, 0);
         match exchange(node, vidioc::VIDIOC_DQBUF, &mut buffer) {
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(None),
@@ -136,22 +118,15 @@ impl Buffers {
             return Err(io::Error::other("the driver returned a buffer that does not exist"));
         };
         *queued = false;
-        let seconds = u64::try_from(buffer.timestamp.tv_sec).unwrap_or(0);
-        let microseconds = u64::try_from(buffer.timestamp.tv_usec).unwrap_or(0);
-        Ok(Some(Dequeued {
-            index,
-            bytes_used: (buffer.bytesused as usize).min(mapping.length),
-            flags: buffer.flags,
-            stamp_ns: seconds.saturating_mul(1_000_000_000).saturating_add(microseconds.saturating_mul(1000)),
-            sequence: buffer.sequence,
-        }))
+        buffer.bytesused = buffer.bytesused.min(u32::try_from(mapping.length).unwrap_or(u32::MAX));
+        Ok(Some(buffer))
     }
 
     /// Copies the first `length` bytes of a buffer that the program owns; `false` if it does not own it, or
     /// it is shorter.
     ///
     /// The bytes are copied, never borrowed: drivers such as `v4l2loopback` may still write to them.
-    pub(in crate::camera::v4l2) fn copy(&self, index: usize, length: usize, to: &mut Vec<u8>) -> bool {
+    pub(crate) fn copy(&self, index: usize, length: usize, to: &mut Vec<u8>) -> bool {
         let ours = self.mappings.get(index).filter(|_| !self.queued[index]);
         let Some(mapping) = ours.filter(|mapping| length <= mapping.length) else { return false };
         to.resize(length, 0);
@@ -163,7 +138,7 @@ impl Buffers {
     }
 
     /// The bytes of an output buffer that the program owns, for writing.
-    pub(in crate::camera::v4l2) fn bytes_mut(&mut self, index: usize) -> Option<&mut [u8]> {
+    pub(crate) fn bytes_mut(&mut self, index: usize) -> Option<&mut [u8]> {
         let mapping = self.mappings.get(index).filter(|_| !self.queued[index])?;
         // SAFETY: the mapping is that long and lives as long as `self`; `&mut self` makes this the only slice
         // of it. An output's driver writes to no buffer, and handing it over needs `&mut self`, so that this
@@ -171,12 +146,12 @@ impl Buffers {
         Some(unsafe { std::slice::from_raw_parts_mut(mapping.start.as_ptr(), mapping.length) })
     }
 
-    pub(in crate::camera::v4l2) fn start(&self, node: &Node) -> io::Result<()> {
+    pub(crate) fn start(&self, node: &Node) -> io::Result<()> {
         node.switch_stream(self.direction, true)
     }
 
     /// Stops the stream and frees the memory.
-    pub(in crate::camera::v4l2) fn release(self, node: &Node) -> io::Result<()> {
+    pub(crate) fn release(self, node: &Node) -> io::Result<()> {
         let stopped = node.switch_stream(self.direction, false);
         let direction = self.direction;
         drop(self);

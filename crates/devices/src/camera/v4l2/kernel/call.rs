@@ -34,24 +34,24 @@ const fn request(direction: Request, number: Request, size: usize) -> Request {
 /// Direction of buffers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
-pub(in crate::camera::v4l2) enum Direction {
+pub(crate) enum Direction {
     Capture = 1,
     Output = 2,
 }
 
 /// `struct v4l2_capability`.
 #[derive(Debug, Clone)]
-pub(in crate::camera::v4l2) struct Capabilities {
-    pub(in crate::camera::v4l2) driver: String,
-    pub(in crate::camera::v4l2) card: String,
-    pub(in crate::camera::v4l2) bus: String,
+pub(crate) struct Capabilities {
+    pub(crate) driver: String,
+    pub(crate) card: String,
+    pub(crate) bus: String,
     /// Of this node, not of the whole device.
-    pub(in crate::camera::v4l2) flags: u32,
+    pub(crate) flags: u32,
 }
 
 /// An open video device; calls do not block.
 #[derive(Debug)]
-pub(in crate::camera::v4l2) struct Node(Option<File>);
+pub(crate) struct Node(Option<File>);
 
 /// A structure of the kernel's with all bytes zero.
 pub(super) fn zeroed<T: KernelStruct>() -> T {
@@ -140,13 +140,13 @@ pub(super) fn text(bytes: &[u8]) -> String {
 
 impl Node {
     /// Opens a device file.
-    pub(in crate::camera::v4l2) fn open(path: &str) -> io::Result<Self> {
+    pub(crate) fn open(path: &str) -> io::Result<Self> {
         let flags = (OFlags::NONBLOCK | OFlags::CLOEXEC).bits() as i32;
         OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).map(|file| Self(Some(file)))
     }
 
     /// Closes the device: all later calls fail, as for a lost device.
-    pub(in crate::camera::v4l2) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         self.0 = None;
     }
 
@@ -187,7 +187,7 @@ impl Node {
     }
 
     /// Waits until a buffer can be exchanged or an event occurs. Returns `false` after the time-out.
-    pub(in crate::camera::v4l2) fn wait(&self, direction: Direction, patience: Duration) -> io::Result<bool> {
+    pub(crate) fn wait(&self, direction: Direction, patience: Duration) -> io::Result<bool> {
         let events = match direction {
             Direction::Capture => PollFlags::IN,
             Direction::Output => PollFlags::OUT,
@@ -202,7 +202,7 @@ impl Node {
         }
     }
 
-    pub(in crate::camera::v4l2) fn capabilities(&self) -> io::Result<Capabilities> {
+    pub(crate) fn capabilities(&self) -> io::Result<Capabilities> {
         let mut found: sys::v4l2_capability = zeroed();
         self.call(QUERYCAP, &mut found)?;
         let flags = if found.capabilities & sys::V4L2_CAP_DEVICE_CAPS != 0 {
@@ -235,6 +235,6 @@ pub(super) fn enumerate<T>(mut ask: impl FnMut(u32) -> io::Result<T>) -> io::Res
 }
 
 /// Whether an error means that the item or the call does not exist.
-pub(super) fn has_none(error: &io::Error) -> bool {
+pub(crate) fn has_none(error: &io::Error) -> bool {
     is(error, Errno::INVAL) || is(error, Errno::NOTTY)
 }

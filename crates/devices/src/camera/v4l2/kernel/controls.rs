@@ -11,49 +11,30 @@ use super::call::{Node, QUERY_EXT_CTRL, QUERYMENU, Request, has_none, text, zero
 const CURRENT_VALUES: u32 = 0;
 const NEXT_CONTROL: u32 = 0x8000_0000 | 0x4000_0000;
 
-/// `struct v4l2_query_ext_ctrl`.
-#[derive(Debug, Clone)]
-pub(in crate::camera::v4l2) struct ControlQuery {
-    pub(in crate::camera::v4l2) id: u32,
-    pub(in crate::camera::v4l2) kind: u32,
-    pub(in crate::camera::v4l2) name: String,
-    pub(in crate::camera::v4l2) minimum: i64,
-    pub(in crate::camera::v4l2) maximum: i64,
-    pub(in crate::camera::v4l2) step: u64,
-    pub(in crate::camera::v4l2) default: i64,
-    pub(in crate::camera::v4l2) flags: u32,
-    pub(in crate::camera::v4l2) elements: u32,
+/// The driver's name of a control.
+pub(crate) fn title(query: &sys::v4l2_query_ext_ctrl) -> String {
+    text(&query.name.map(|character| character as u8))
 }
 
 impl Node {
     /// The control after `id`, of any kind; `None` after the last.
-    pub(in crate::camera::v4l2) fn next_control(&self, id: u32) -> io::Result<Option<ControlQuery>> {
+    pub(crate) fn next_control(&self, id: u32) -> io::Result<Option<sys::v4l2_query_ext_ctrl>> {
         self.query_control(id | NEXT_CONTROL)
     }
 
     /// The control with this id, if there is one.
-    pub(in crate::camera::v4l2) fn query_control(&self, id: u32) -> io::Result<Option<ControlQuery>> {
+    pub(crate) fn query_control(&self, id: u32) -> io::Result<Option<sys::v4l2_query_ext_ctrl>> {
         let mut found = sys::v4l2_query_ext_ctrl { id, ..zeroed() };
         match self.call(QUERY_EXT_CTRL, &mut found) {
             // No more controls, or none at all.
             Err(error) if has_none(&error) => return Ok(None),
             done => done?,
         }
-        Ok(Some(ControlQuery {
-            id: found.id,
-            kind: found.type_,
-            name: text(&found.name.map(|character| character as u8)),
-            minimum: found.minimum,
-            maximum: found.maximum,
-            step: found.step,
-            default: found.default_value,
-            flags: found.flags,
-            elements: found.elems,
-        }))
+        Ok(Some(found))
     }
 
     /// The name of a menu item; its number, for a menu of numbers. `None` for a missing item.
-    pub(in crate::camera::v4l2) fn menu_item(&self, id: u32, index: u32, of_numbers: bool) -> Option<String> {
+    pub(crate) fn menu_item(&self, id: u32, index: u32, of_numbers: bool) -> Option<String> {
         let mut found = sys::v4l2_querymenu { id, index, ..zeroed() };
         self.call(QUERYMENU, &mut found).ok()?;
         // SAFETY: the members of the union are bytes and a number, valid whatever was written. It is packed:
@@ -63,21 +44,21 @@ impl Node {
     }
 
     /// The value of a control; `wide` for 64 bits.
-    pub(in crate::camera::v4l2) fn control(&self, id: u32, wide: bool) -> io::Result<i64> {
+    pub(crate) fn control(&self, id: u32, wide: bool) -> io::Result<i64> {
         let mut control = [sys::v4l2_ext_control { id, ..zeroed() }];
         self.exchange(vidioc::VIDIOC_G_EXT_CTRLS, &mut control)?;
         Ok(value_of(&control[0], wide))
     }
 
     /// The values of several controls, in one call.
-    pub(in crate::camera::v4l2) fn several_controls(&self, wanted: &[(u32, bool)]) -> io::Result<Vec<i64>> {
+    pub(crate) fn several_controls(&self, wanted: &[(u32, bool)]) -> io::Result<Vec<i64>> {
         let empty = |(id, _): &(u32, bool)| sys::v4l2_ext_control { id: *id, ..zeroed() };
         let mut controls: Vec<sys::v4l2_ext_control> = wanted.iter().map(empty).collect();
         self.exchange(vidioc::VIDIOC_G_EXT_CTRLS, &mut controls)?;
         Ok(controls.iter().zip(wanted).map(|(control, (_, wide))| value_of(control, *wide)).collect())
     }
 
-    pub(in crate::camera::v4l2) fn set_control(&self, id: u32, value: i64, wide: bool) -> io::Result<()> {
+    pub(crate) fn set_control(&self, id: u32, value: i64, wide: bool) -> io::Result<()> {
         let mut control = [sys::v4l2_ext_control { id, ..zeroed() }];
         if wide {
             control[0].__bindgen_anon_1.value64 = value;

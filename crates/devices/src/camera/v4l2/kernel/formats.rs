@@ -9,28 +9,26 @@ use super::call::{
     Direction, ENUM_FMT, ENUM_FRAMEINTERVALS, ENUM_FRAMESIZES, G_PARM, Node, Request, S_PARM, enumerate,
     text, zeroed,
 };
+use crate::camera::{Interval, Size, Sizes};
 
-/// `struct v4l2_pix_format`.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::camera::v4l2) struct PixFormat {
-    pub(in crate::camera::v4l2) four_cc: u32,
-    pub(in crate::camera::v4l2) columns: u32,
-    pub(in crate::camera::v4l2) rows: u32,
-    pub(in crate::camera::v4l2) stride: u32,
-    pub(in crate::camera::v4l2) image_bytes: u32,
-    pub(in crate::camera::v4l2) field: u32,
+/// An answer of `VIDIOC_ENUM_FRAMESIZES`.
+enum Listed {
+    /// Columns and rows.
+    Discrete(u32, u32),
+    Range(Sizes),
 }
 
-/// An answer of `VIDIOC_ENUM_FRAMESIZES`: columns and rows.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::camera::v4l2) enum FrameSize {
-    Discrete((u32, u32)),
-    Range { least: (u32, u32), greatest: (u32, u32), step: (u32, u32) },
+fn size(columns: u32, rows: u32) -> Size {
+    Size { columns: columns as usize, rows: rows as usize }
+}
+
+fn interval(fraction: sys::v4l2_fract) -> Interval {
+    Interval { numerator: fraction.numerator, denominator: fraction.denominator }
 }
 
 impl Node {
     /// Formats that the device offers: code and description.
-    pub(in crate::camera::v4l2) fn formats(&self) -> io::Result<Vec<(u32, String)>> {
+    pub(crate) fn formats(&self) -> io::Result<Vec<(u32, String)>> {
         enumerate(|index| {
             let mut found = sys::v4l2_fmtdesc { index, type_: Direction::Capture as u32, ..zeroed() };
             self.call(ENUM_FMT, &mut found)?;
@@ -38,32 +36,44 @@ impl Node {
         })
     }
 
-    pub(in crate::camera::v4l2) fn frame_sizes(&self, four_cc: u32) -> io::Result<Vec<FrameSize>> {
-        enumerate(|index| {
+    /// The sizes of a format, each with its intervals.
+    pub(crate) fn sizes(&self, four_cc: u32) -> io::Result<Sizes> {
+        let listed = enumerate(|index| {
             let mut found = sys::v4l2_frmsizeenum { index, pixel_format: four_cc, ..zeroed() };
             self.call(ENUM_FRAMESIZES, &mut found)?;
             let sizes = found.__bindgen_anon_1;
             // SAFETY: all members of the union are structures of u32, valid whatever was written.
             let (discrete, range) = unsafe { (sizes.discrete, sizes.stepwise) };
             Ok(if found.type_ == sys::v4l2_frmsizetypes_V4L2_FRMSIZE_TYPE_DISCRETE {
-                FrameSize::Discrete((discrete.width, discrete.height))
+                Listed::Discrete(discrete.width, discrete.height)
             } else {
-                FrameSize::Range {
-                    least: (range.min_width, range.min_height),
-                    greatest: (range.max_width, range.max_height),
-                    step: (range.step_width, range.step_height),
-                }
+                Listed::Range(Sizes::Range {
+                    least: size(range.min_width, range.min_height),
+                    greatest: size(range.max_width, range.max_height),
+                    step: size(range.step_width, range.step_height),
+                })
             })
-        })
+        })?;
+        let mut discrete = Vec::new();
+        for one in listed {
+            match one {
+                Listed::Range(range) if discrete.is_empty() => return Ok(range),
+                Listed::Range(_) => {}
+                Listed::Discrete(columns, rows) => {
+                    discrete.push((size(columns, rows), self.intervals(four_cc, columns, rows)?));
+                }
+            }
+        }
+        if discrete.is_empty() {
+            // The driver lists none; setting a size will show what it supports.
+            let (one, largest) = (size(1, 1), size(u16::MAX.into(), u16::MAX.into()));
+            return Ok(Sizes::Range { least: one, greatest: largest, step: one });
+        }
+        Ok(Sizes::Discrete(discrete))
     }
 
-    /// Intervals of a discrete size, as fractions of a second; for a range, the shortest and the longest.
-    pub(in crate::camera::v4l2) fn intervals(
-        &self,
-        four_cc: u32,
-        columns: u32,
-        rows: u32,
-    ) -> io::Result<Vec<(u32, u32)>> {
+    /// Intervals of a discrete size; for a range, the shortest and the longest.
+    fn intervals(&self, four_cc: u32, columns: u32, rows: u32) -> io::Result<Vec<Interval>> {
         let found = enumerate(|index| {
             let mut found = sys::v4l2_frmivalenum {
                 index,
@@ -76,31 +86,29 @@ impl Node {
             let intervals = found.__bindgen_anon_1;
             // SAFETY: all members of the union are structures of u32, valid whatever was written.
             let (discrete, range) = unsafe { (intervals.discrete, intervals.stepwise) };
-            let both =
-                [(range.min.numerator, range.min.denominator), (range.max.numerator, range.max.denominator)];
             Ok(if found.type_ == sys::v4l2_frmivaltypes_V4L2_FRMIVAL_TYPE_DISCRETE {
-                vec![(discrete.numerator, discrete.denominator)]
+                vec![interval(discrete)]
             } else {
-                both.to_vec()
+                vec![interval(range.min), interval(range.max)]
             })
         })?;
         Ok(found.concat())
     }
 
-    pub(in crate::camera::v4l2) fn format(&self, direction: Direction) -> io::Result<PixFormat> {
+    pub(crate) fn format(&self, direction: Direction) -> io::Result<sys::v4l2_pix_format> {
         let mut format = sys::v4l2_format { type_: direction as u32, ..zeroed() };
         self.exchange_format(vidioc::VIDIOC_G_FMT, &mut format)?;
-        Ok(pix_format(&format))
+        Ok(pixels_of(&format))
     }
 
     /// Sets a progressive format, and returns the format that the driver chose.
-    pub(in crate::camera::v4l2) fn set_format(
+    pub(crate) fn set_format(
         &self,
         direction: Direction,
         four_cc: u32,
         columns: u32,
         rows: u32,
-    ) -> io::Result<PixFormat> {
+    ) -> io::Result<sys::v4l2_pix_format> {
         let mut format = sys::v4l2_format { type_: direction as u32, ..zeroed() };
         format.fmt.pix = sys::v4l2_pix_format {
             width: columns,
@@ -110,7 +118,7 @@ impl Node {
             ..pixels_of(&zeroed())
         };
         self.exchange_format(vidioc::VIDIOC_S_FMT, &mut format)?;
-        Ok(pix_format(&format))
+        Ok(pixels_of(&format))
     }
 
     /// Of capture and output devices; others are refused.
@@ -124,16 +132,16 @@ impl Node {
         unsafe { self.call_with_pointers(request, format) }
     }
 
-    /// Time per frame, as a fraction of a second.
-    pub(in crate::camera::v4l2) fn interval(&self) -> io::Result<(u32, u32)> {
+    /// Time per frame.
+    pub(crate) fn interval(&self) -> io::Result<Interval> {
         let mut parameters = sys::v4l2_streamparm { type_: Direction::Capture as u32, ..zeroed() };
         self.call(G_PARM, &mut parameters)?;
         // SAFETY: the members of the union are structures of u32 and bytes, valid whatever was written.
-        let interval = unsafe { parameters.parm.capture.timeperframe };
-        Ok((interval.numerator, interval.denominator))
+        Ok(interval(unsafe { parameters.parm.capture.timeperframe }))
     }
 
-    pub(in crate::camera::v4l2) fn set_interval(&self, numerator: u32, denominator: u32) -> io::Result<()> {
+    pub(crate) fn set_interval(&self, interval: Interval) -> io::Result<()> {
+        let Interval { numerator, denominator } = interval;
         let mut parameters = sys::v4l2_streamparm { type_: Direction::Capture as u32, ..zeroed() };
         parameters.parm.capture.timeperframe = sys::v4l2_fract { numerator, denominator };
         self.call(S_PARM, &mut parameters)
@@ -144,16 +152,4 @@ fn pixels_of(format: &sys::v4l2_format) -> sys::v4l2_pix_format {
     // SAFETY: the members of the union are structures of numbers and bytes (and, of overlays, raw pointers),
     // valid whatever was written; of capture and output devices it is this one.
     unsafe { format.fmt.pix }
-}
-
-fn pix_format(format: &sys::v4l2_format) -> PixFormat {
-    let pixels = pixels_of(format);
-    PixFormat {
-        four_cc: pixels.pixelformat,
-        columns: pixels.width,
-        rows: pixels.height,
-        stride: pixels.bytesperline,
-        image_bytes: pixels.sizeimage,
-        field: pixels.field,
-    }
 }

@@ -16,6 +16,6 @@ mod formats;
 mod inputs;
 
 pub(super) use buffers::Buffers;
-pub(super) use call::{Capabilities, Direction, Node};
-pub(super) use controls::ControlQuery;
-pub(super) use formats::{FrameSize, PixFormat};
+pub(super) use call::{Capabilities, Direction, Node, has_none};
+pub(super) use controls::title;
+pub(super) use inputs::is_like;
