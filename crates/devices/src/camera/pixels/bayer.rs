@@ -2,7 +2,7 @@
 
 use epirig_core::frame::full_scale;
 
-use super::{BayerPattern, SampleCoding, unpack};
+use super::{SampleCoding, unpack};
 
 epirig_core::choices! {
     /// Use of a colour filter mosaic: one grey pixel for each 2 x 2 cell, so half the rows and columns. An
@@ -36,12 +36,13 @@ impl BayerUse {
     }
 }
 
-/// Sums over the cells of a mosaic of `bit_depth` bits with `columns` columns.
+/// Sums over the cells of a mosaic of `bit_depth` bits with `columns` columns. `green` is the column of the green
+/// pixel in the first row of a cell.
 ///
 /// # Errors
 /// The largest sample in the first pair of rows where one needs more than `bit_depth` bits.
 pub(super) fn sums<'a>(
-    pattern: BayerPattern,
+    green: usize,
     coding: SampleCoding,
     bayer: BayerUse,
     bit_depth: u8,
@@ -50,7 +51,6 @@ pub(super) fn sums<'a>(
 ) -> Result<Vec<u16>, u16> {
     let (_, shift) = bayer.depth_and_shift(bit_depth);
     let half = (1_u32 << shift) >> 1;
-    let green = pattern.green_column();
     let columns = columns - columns % 2;
     let (mut upper, mut lower) = (vec![0; columns], vec![0; columns]);
     let mut sums = Vec::new();

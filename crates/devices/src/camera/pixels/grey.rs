@@ -1,7 +1,5 @@
 //! Formats with one sample per pixel, and the luma of colour images.
 
-use super::InterleavedYuv;
-
 /// The first `columns` bytes of every row.
 pub(super) fn bytes<'a>(rows: impl Iterator<Item = &'a [u8]>, columns: usize, count: usize) -> Vec<u8> {
     let mut samples = Vec::with_capacity(count * columns);
@@ -11,12 +9,11 @@ pub(super) fn bytes<'a>(rows: impl Iterator<Item = &'a [u8]>, columns: usize, co
 
 /// The luma of every pixel, as stored.
 pub(super) fn interleaved_luma<'a>(
-    order: InterleavedYuv,
+    luma_first: bool,
     rows: impl Iterator<Item = &'a [u8]>,
     columns: usize,
     count: usize,
 ) -> Vec<u8> {
-    let luma_first = matches!(order, InterleavedYuv::Yuyv | InterleavedYuv::Yvyu);
     let mut samples = Vec::with_capacity(count * columns);
     for row in rows {
         let pixels = row.as_chunks::<2>().0[..columns].iter();

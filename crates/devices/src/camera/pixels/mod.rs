@@ -15,7 +15,8 @@ use epirig_core::frame::{Frame, FrameError, Samples};
 
 pub use bayer::BayerUse;
 pub use error::PixelError;
-pub use format::{BayerPattern, InterleavedYuv, JpegName, PixelFormat, PlanarYuv, SampleCoding};
+pub use format::PixelFormat;
+use format::{SampleCoding, Storage};
 pub use four_cc::{FourCc, FourCcError};
 
 /// Layout of a buffer.
@@ -89,30 +90,30 @@ impl Layout {
 
     fn samples<'a>(&self, image: impl Iterator<Item = &'a [u8]>) -> Result<Samples, PixelError> {
         let Self { format, rows, columns, .. } = *self;
-        Ok(match format {
-            PixelFormat::Grey(SampleCoding::Byte) | PixelFormat::PlanarLuma(_) => {
+        Ok(match format.storage {
+            Storage::Grey(SampleCoding::Byte) | Storage::PlanarLuma(_) => {
                 Samples::U8(grey::bytes(image, columns, rows))
             }
-            PixelFormat::InterleavedLuma(order) => {
-                Samples::U8(grey::interleaved_luma(order, image, columns, rows))
+            Storage::InterleavedLuma { first } => {
+                Samples::U8(grey::interleaved_luma(first, image, columns, rows))
             }
-            PixelFormat::Grey(coding) => {
+            Storage::Grey(coding) => {
                 let unpack = |row: &[u8], samples: &mut [u16]| unpack::samples(coding, row, samples);
                 Samples::U16(grey::unpacked(image, columns, rows, unpack))
             }
-            PixelFormat::GreyBitPacked10 => {
+            Storage::GreyBitPacked10 => {
                 Samples::U16(grey::unpacked(image, columns, rows, unpack::bit_packed_10))
             }
-            PixelFormat::GreyBigEndian16 => {
+            Storage::GreyBigEndian16 => {
                 let unpack =
                     |row: &[u8], samples: &mut [u16]| unpack::words(row, samples, u16::from_be_bytes);
                 Samples::U16(grey::unpacked(image, columns, rows, unpack))
             }
-            PixelFormat::Bayer(pattern, coding) => {
-                let sums = bayer::sums(pattern, coding, self.bayer, format.bit_depth(), columns, image);
+            Storage::Bayer { green_column, coding } => {
+                let sums = bayer::sums(green_column, coding, self.bayer, format.bit_depth(), columns, image);
                 Samples::U16(sums.map_err(|maximum| PixelError::AboveDepth { format, maximum })?)
             }
-            PixelFormat::Jpeg(_) => return Err(PixelError::Jpeg("it has no rows of samples".to_owned())),
+            Storage::Jpeg => return Err(PixelError::Jpeg("it has no rows of samples".to_owned())),
         })
     }
 }
