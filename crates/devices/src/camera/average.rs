@@ -37,7 +37,7 @@ pub fn average(
     let mut facts = vec![first.facts];
     for _ in 1..count {
         if !go_on() {
-            return Err(CameraError::Interrupted { camera: camera.identity().name() });
+            return Err(CameraError::Interrupted(camera.identity().name()));
         }
         let next = camera.grab_after(moment)?;
         if !sums.add(&next.frame) {

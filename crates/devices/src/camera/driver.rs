@@ -115,9 +115,7 @@ impl CameraDriver for V4l2 {
         let choice = device.map_or(Ok(CameraChoice::Any), str::parse).map_err(not_a_name)?;
         let known = if matches!(choice, CameraChoice::Path(_)) { Ok(Vec::new()) } else { cameras() };
         let known = known.map_err(|error| match error {
-            CameraError::NotOnThisSystem { .. } => {
-                CameraError::NotOnThisSystem { camera: choice.to_string() }
-            }
+            CameraError::NotOnThisSystem { .. } => CameraError::NotOnThisSystem(choice.to_string()),
             other => other,
         })?;
         Ok(OpenCamera { camera: open_camera(&choose(&choice, &known)?)?, view: None })

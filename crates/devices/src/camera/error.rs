@@ -7,16 +7,13 @@ use thiserror::Error;
 use epirig_core::frame::FrameError;
 use epirig_data::sequence::SequenceError;
 
-/// Error of a camera: it cannot be used, or gave no good frame.
+/// Error of a camera: it cannot be used, or gave no good frame. A text alone is the name of the camera.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CameraError {
     /// There is no such device.
-    #[error("there is no camera {camera}; check cable and power, and see `epirig devices`")]
-    NoSuchCamera {
-        /// The name as given.
-        camera: String,
-    },
+    #[error("there is no camera {0}; check cable and power, and see `epirig devices`")]
+    NoSuchCamera(String),
     /// No camera matches.
     #[error(
         "{wanted} is not connected (connected: {connected}); check cable and power, or name the camera with --camera"
@@ -69,34 +66,22 @@ pub enum CameraError {
     },
     /// The user may not open the device.
     #[error(
-        "no permission to open {camera}; add yourself to its group (`sudo usermod -aG video $USER`, then log in again)"
+        "no permission to open {0}; add yourself to its group (`sudo usermod -aG video $USER`, then log in again)"
     )]
-    Permission {
-        /// The device.
-        camera: String,
-    },
+    Permission(String),
     /// Another program uses the camera.
-    #[error("{camera} is in use by another program; end that program first")]
-    Busy {
-        /// The device.
-        camera: String,
-    },
+    #[error("{0} is in use by another program; end that program first")]
+    Busy(String),
     /// The camera is disconnected.
     #[error(
-        "{camera} has gone: cable or power is off, or the driver is unloaded; connect it again, then continue"
+        "{0} has gone: cable or power is off, or the driver is unloaded; connect it again, then continue"
     )]
-    Gone {
-        /// The camera.
-        camera: String,
-    },
+    Gone(String),
     /// The program does not know the cameras of this system.
     #[error(
-        "{camera} cannot be opened: epirig opens cameras on Linux only (V4L2); here it has simulated and replayed ones (`--camera sim`, `--camera replay:FOLDER`)"
+        "{0} cannot be opened: epirig opens cameras on Linux only (V4L2); here it has simulated and replayed ones (`--camera sim`, `--camera replay:FOLDER`)"
     )]
-    NotOnThisSystem {
-        /// The name as given.
-        camera: String,
-    },
+    NotOnThisSystem(String),
     /// The camera does not offer what is wanted.
     #[error("{camera} has no {wanted}; it offers {offered}")]
     NotOffered {
@@ -176,11 +161,8 @@ pub enum CameraError {
         what: String,
     },
     /// The camera has not been started.
-    #[error("{camera} has not been started")]
-    NotStarted {
-        /// The camera.
-        camera: String,
-    },
+    #[error("{0} has not been started")]
+    NotStarted(String),
     /// Nothing came for a while from a stream that runs.
     #[error("{camera} has sent nothing for {:.2} s", time.as_secs_f64())]
     Silent {
@@ -255,11 +237,8 @@ pub enum CameraError {
         frames: usize,
     },
     /// Stopped by the caller.
-    #[error("{camera}: stopped")]
-    Interrupted {
-        /// The camera.
-        camera: String,
-    },
+    #[error("{0}: stopped")]
+    Interrupted(String),
     /// This kind of camera does not support the operation.
     #[error("{camera} cannot {what}")]
     Unsupported {

@@ -120,6 +120,21 @@ pub struct ActiveFormat {
     pub interlaced: bool,
 }
 
+impl ActiveFormat {
+    /// Grey samples of `bit_depth` bits without padding.
+    pub(super) fn grey(size: Size, bit_depth: u8) -> Self {
+        let code = match bit_depth {
+            ..=8 => b"GREY",
+            9..=10 => b"Y10 ",
+            11..=12 => b"Y12 ",
+            13..=14 => b"Y14 ",
+            _ => b"Y16 ",
+        };
+        let stride = size.columns * if bit_depth <= 8 { 1 } else { 2 };
+        Self { four_cc: FourCc(*code), size, stride, image_bytes: stride * size.rows, interlaced: false }
+    }
+}
+
 impl fmt::Display for ActiveFormat {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(to, "{} {}", self.four_cc, self.size)

@@ -6,7 +6,7 @@ use super::{Camera, CameraError, CameraIdentity, Size};
 use epirig_core::frame::Frame;
 
 fn not_here<T>(camera: &str) -> Result<T, CameraError> {
-    Err(CameraError::NotOnThisSystem { camera: camera.to_owned() })
+    Err(CameraError::NotOnThisSystem(camera.to_owned()))
 }
 
 /// The cameras of this machine.

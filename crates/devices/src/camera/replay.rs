@@ -7,7 +7,6 @@ use std::time::Duration;
 use super::control::Control;
 use super::format::{OfferedFormat, Size, Sizes};
 use super::onlooker::{Audience, Onlooker};
-use super::pixels::FourCc;
 use super::settings::{CameraSettings, Configuration};
 use super::{ActiveFormat, Camera, CameraError, CameraIdentity, FrameFacts, Moment, TakenFrame, TimingRule};
 use epirig_core::frame::Frame;
@@ -66,21 +65,7 @@ impl ReplayCamera {
 
     fn format(&self) -> ActiveFormat {
         let record = self.sequence.record();
-        let code = match record.bit_depth {
-            ..=8 => b"GREY",
-            9..=10 => b"Y10 ",
-            11..=12 => b"Y12 ",
-            13..=14 => b"Y14 ",
-            _ => b"Y16 ",
-        };
-        let stride = record.columns * if record.bit_depth <= 8 { 1 } else { 2 };
-        ActiveFormat {
-            four_cc: FourCc(*code),
-            size: Size { columns: record.columns, rows: record.rows },
-            stride,
-            image_bytes: stride * record.rows,
-            interlaced: false,
-        }
+        ActiveFormat::grey(Size { columns: record.columns, rows: record.rows }, record.bit_depth)
     }
 }
 
@@ -148,7 +133,7 @@ impl Camera for ReplayCamera {
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
         let camera = self.name();
         if !self.started {
-            return Err(CameraError::NotStarted { camera });
+            return Err(CameraError::NotStarted(camera));
         }
         // Each frame of a sequence belongs to one position, so frames cannot be averaged.
         if self.asked.replace(moment) == Some(moment) {

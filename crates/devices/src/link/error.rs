@@ -2,16 +2,13 @@
 
 use thiserror::Error;
 
-/// Error of a line: it cannot be opened, or has failed.
+/// Error of a line: it cannot be opened, or has failed. A text alone is the name of the port.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum LinkError {
     /// There is no such port.
-    #[error("there is no port {port}; check cable and power, and see `epirig devices`")]
-    NoSuchPort {
-        /// The name as given.
-        port: String,
-    },
+    #[error("there is no port {0}; check cable and power, and see `epirig devices`")]
+    NoSuchPort(String),
     /// No port matches.
     #[error(
         "{wanted} is not connected (connected: {connected}); check cable and power, or name the port with --port"
@@ -40,21 +37,15 @@ pub enum LinkError {
     },
     /// The user may not open the port.
     #[error(
-        "no permission to open {port}; add yourself to its group (`sudo usermod -aG dialout $USER`, then log in \
+        "no permission to open {0}; add yourself to its group (`sudo usermod -aG dialout $USER`, then log in \
          again) or install the project's udev rules"
     )]
-    Permission {
-        /// The port.
-        port: String,
-    },
+    Permission(String),
     /// The port is disconnected.
     #[error(
-        "{port} has gone: cable or power is off; connect it again and home the stage, because its position is uncertain"
+        "{0} has gone: cable or power is off; connect it again and home the stage, because its position is uncertain"
     )]
-    Lost {
-        /// The port.
-        port: String,
-    },
+    Lost(String),
     /// Another error of the operating system.
     #[error("{port}: cannot {action}: {detail}")]
     Io {
@@ -67,12 +58,9 @@ pub enum LinkError {
     },
     /// The program does not know the serial ports of this system.
     #[error(
-        "{port} cannot be opened: epirig opens serial ports on Linux and other Unix systems only; here it has the simulated stage (`--driver sim`)"
+        "{0} cannot be opened: epirig opens serial ports on Linux and other Unix systems only; here it has the simulated stage (`--driver sim`)"
     )]
-    NotOnThisSystem {
-        /// The port.
-        port: String,
-    },
+    NotOnThisSystem(String),
     /// The bytes sent differ from the recording.
     #[error("{port}: the bytes sent differ from the recording at {at_s:.3} s: {detail}")]
     Diverged {

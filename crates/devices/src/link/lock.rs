@@ -80,9 +80,8 @@ impl PortLock {
         for folder in folders().iter().filter(|folder| folder.is_dir()) {
             let path = folder.join(&name);
             match Self::take_file(port, path.clone()) {
-                Err(TakeError::Busy(error)) => return Err(error),
-                Err(TakeError::Io(error)) => refused = Some((path, error)),
-                Ok(lock) => return Ok(lock),
+                Ok(taken) => return taken,
+                Err(error) => refused = Some((path, error)),
             }
         }
         let (path, detail) = refused.map_or_else(
@@ -92,17 +91,18 @@ impl PortLock {
         Err(LinkError::Io { port: path.display().to_string(), action: "lock the port", detail })
     }
 
-    fn take_file(port: &str, path: PathBuf) -> Result<Self, TakeError> {
+    /// The lock, or who has it; an error if this file cannot be a lock.
+    fn take_file(port: &str, path: PathBuf) -> std::io::Result<Result<Self, LinkError>> {
         let busy = |pid: Option<i32>| {
             let holder = pid.map_or("another process".to_owned(), |pid| format!("process {pid}"));
-            TakeError::Busy(LinkError::Busy { port: port.to_owned(), holder })
+            Ok(Err(LinkError::Busy { port: port.to_owned(), holder }))
         };
         for _ in 0..TRIES {
             let mut file = open(&path)?;
             match file.try_lock() {
                 Ok(()) => {}
-                Err(TryLockError::WouldBlock) => return Err(busy(living_holder(&path))),
-                Err(TryLockError::Error(error)) => return Err(error.into()),
+                Err(TryLockError::WouldBlock) => return busy(living_holder(&path)),
+                Err(TryLockError::Error(error)) => return Err(error),
             }
             // Its last holder may have removed it before it was locked here.
             let same = |there: std::fs::Metadata| file.metadata().is_ok_and(|here| here.ino() == there.ino());
@@ -111,25 +111,14 @@ impl PortLock {
             }
             // A program that knows only the old convention.
             if let Some(pid) = living_holder(&path) {
-                return Err(busy(Some(pid)));
+                return busy(Some(pid));
             }
             file.set_len(0)?;
             file.rewind()?;
             writeln!(file, "{:>10}", std::process::id())?;
-            return Ok(Self { path, _file: file });
+            return Ok(Ok(Self { path, _file: file }));
         }
-        Err(busy(None))
-    }
-}
-
-enum TakeError {
-    Busy(LinkError),
-    Io(std::io::Error),
-}
-
-impl From<std::io::Error> for TakeError {
-    fn from(error: std::io::Error) -> Self {
-        Self::Io(error)
+        busy(None)
     }
 }
 

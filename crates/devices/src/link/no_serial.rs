@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{LineNoise, Link, LinkError, PortFacts, SimulatedDevice};
 
 fn not_here<T>(port: &str) -> Result<T, LinkError> {
-    Err(LinkError::NotOnThisSystem { port: port.to_owned() })
+    Err(LinkError::NotOnThisSystem(port.to_owned()))
 }
 
 /// Opens a serial port.

@@ -154,7 +154,7 @@ impl<D: SimulatedDevice> SimulatedLink<D> {
     }
 
     fn lost(&self) -> LinkError {
-        LinkError::Lost { port: self.name().to_owned() }
+        LinkError::Lost(self.name().to_owned())
     }
 
     fn collect(&mut self) {

@@ -54,7 +54,7 @@ fn a_port_is_one_process_alone() {
 #[test]
 fn what_is_no_port_is_named() {
     let error = SerialLink::open("/dev/no-such-port", BAUD).err().unwrap();
-    assert_eq!(error, LinkError::NoSuchPort { port: "/dev/no-such-port".to_owned() });
+    assert_eq!(error, LinkError::NoSuchPort("/dev/no-such-port".to_owned()));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "no terminal").unwrap();

@@ -98,7 +98,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
     }
 
     fn configured(&self) -> Result<&Configured, CameraError> {
-        self.configured.as_ref().ok_or_else(|| CameraError::NotStarted { camera: self.name() })
+        self.configured.as_ref().ok_or_else(|| CameraError::NotStarted(self.name()))
     }
 
     /// The time-out of a request for frames from `moment` on.
@@ -310,7 +310,7 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
 
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
         if self.stream.is_none() {
-            return Err(CameraError::NotStarted { camera: self.name() });
+            return Err(CameraError::NotStarted(self.name()));
         }
         let deadline = self.deadline(moment)?;
         let mut passed = Passed::default();

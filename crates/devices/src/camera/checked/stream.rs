@@ -99,7 +99,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
             }
             let layout = self.configured()?.layout;
             let camera = self.name();
-            let Some(stream) = &mut self.stream else { return Err(CameraError::NotStarted { camera }) };
+            let Some(stream) = &mut self.stream else { return Err(CameraError::NotStarted(camera)) };
             let quiet_at = if self.woken { deadline } else { deadline.min(heard.after(stream.quiet)) };
             let Some(buffer) = self.device.dequeue(quiet_at.since(now))? else {
                 let now = self.device.now();

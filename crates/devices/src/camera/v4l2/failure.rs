@@ -20,8 +20,8 @@ pub(super) fn is(error: &io::Error, errno: Errno) -> bool {
 pub(super) fn failed(camera: &str, action: &'static str) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
     move |error| match error {
-        error if is_gone(&error) => CameraError::Gone { camera },
-        error if is(&error, Errno::BUSY) => CameraError::Busy { camera },
+        error if is_gone(&error) => CameraError::Gone(camera),
+        error if is(&error, Errno::BUSY) => CameraError::Busy(camera),
         error if is(&error, Errno::NOTTY) => {
             CameraError::NotACamera { camera, reason: format!("its driver cannot {action}") }
         }
@@ -51,7 +51,7 @@ fn control_reason(error: &io::Error) -> String {
 pub(super) fn control_unread(camera: &str, name: String) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
     move |error| match error {
-        error if is_gone(&error) => CameraError::Gone { camera },
+        error if is_gone(&error) => CameraError::Gone(camera),
         error => {
             let reason = control_reason(&error);
             CameraError::ControlUnanswered { camera, name, request: "read".to_owned(), reason }
@@ -68,7 +68,7 @@ pub(super) fn control_unset(
     const PASSING: [Errno; 5] = [Errno::IO, Errno::PIPE, Errno::PROTO, Errno::TIMEDOUT, Errno::BUSY];
     let camera = camera.to_owned();
     move |error| match error {
-        error if is_gone(&error) => CameraError::Gone { camera },
+        error if is_gone(&error) => CameraError::Gone(camera),
         error if PASSING.iter().any(|passing| is(&error, *passing)) => CameraError::ControlUnanswered {
             camera,
             name,
@@ -83,8 +83,8 @@ pub(super) fn control_unset(
 pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
     move |error| match error {
-        error if is_gone(&error) => CameraError::Gone { camera },
-        error if is(&error, Errno::BUSY) => CameraError::Busy { camera },
+        error if is_gone(&error) => CameraError::Gone(camera),
+        error if is(&error, Errno::BUSY) => CameraError::Busy(camera),
         error if is(&error, Errno::NOSPC) => CameraError::System {
             camera,
             action,
@@ -106,10 +106,10 @@ pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Erro
 pub(super) fn unopened(camera: &str) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
     move |error| match error.kind() {
-        io::ErrorKind::NotFound => CameraError::NoSuchCamera { camera },
-        io::ErrorKind::PermissionDenied => CameraError::Permission { camera },
-        _ if is_gone(&error) => CameraError::Gone { camera },
-        _ if is(&error, Errno::BUSY) => CameraError::Busy { camera },
+        io::ErrorKind::NotFound => CameraError::NoSuchCamera(camera),
+        io::ErrorKind::PermissionDenied => CameraError::Permission(camera),
+        _ if is_gone(&error) => CameraError::Gone(camera),
+        _ if is(&error, Errno::BUSY) => CameraError::Busy(camera),
         _ if is(&error, Errno::ISDIR) => {
             CameraError::NotACamera { camera, reason: "it is a folder".to_owned() }
         }

@@ -42,7 +42,7 @@ impl SerialLink {
     /// [`LinkError`] if there is no such port, another process uses it, or the user may not open it.
     pub fn open(path: &str, baud: u32) -> Result<Self, LinkError> {
         if !Path::new(path).exists() {
-            return Err(LinkError::NoSuchPort { port: path.to_owned() });
+            return Err(LinkError::NoSuchPort(path.to_owned()));
         }
         let lock = PortLock::take(path)?;
         keep_control_lines(path)?;
@@ -68,7 +68,7 @@ impl SerialLink {
         match error.kind() {
             // A hang-up is a broken pipe, end of file, or an input/output error without a kind of its own.
             ErrorKind::BrokenPipe | ErrorKind::UnexpectedEof | ErrorKind::NotFound | ErrorKind::Other => {
-                LinkError::Lost { port: self.path.clone() }
+                LinkError::Lost(self.path.clone())
             }
             _ => LinkError::Io { port: self.path.clone(), action, detail: error.to_string() },
         }
@@ -78,8 +78,8 @@ impl SerialLink {
 fn unopened(path: &str, kind: ErrorKind, error: &dyn std::fmt::Display) -> LinkError {
     let port = path.to_owned();
     match kind {
-        ErrorKind::PermissionDenied => LinkError::Permission { port },
-        ErrorKind::NotFound => LinkError::NoSuchPort { port },
+        ErrorKind::PermissionDenied => LinkError::Permission(port),
+        ErrorKind::NotFound => LinkError::NoSuchPort(port),
         ErrorKind::ResourceBusy => LinkError::Busy { port, holder: "another program".to_owned() },
         _ => LinkError::Io { port, action: "open it as a serial port", detail: error.to_string() },
     }
@@ -136,14 +136,15 @@ impl Link for SerialLink {
             let left = until.saturating_duration_since(Instant::now());
             let read = self.port.set_timeout(left).map_err(std::io::Error::from);
             match read.and_then(|()| self.port.read(buffer)) {
-                Ok(0) => return Err(LinkError::Lost { port: self.path.clone() }),
+                Ok(0) => return Err(LinkError::Lost(self.path.clone())),
                 Ok(count) => {
                     trace!(port = self.path, bytes = %buffer[..count].escape_ascii(), "received");
                     return Ok(count);
                 }
-                Err(error) if error.kind() == ErrorKind::TimedOut => return Ok(0),
                 Err(error) if error.kind() == ErrorKind::Interrupted && !left.is_zero() => {}
-                Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(0),
+                Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
+                    return Ok(0);
+                }
                 Err(error) => return Err(self.failed("receive", &error)),
             }
         }

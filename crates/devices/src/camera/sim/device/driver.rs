@@ -206,7 +206,7 @@ impl VideoDevice for SimDevice {
     fn reopen(&mut self) -> Result<(), CameraError> {
         if let Some(failing) = self.gone.filter(|failing| *failing > 0) {
             self.gone = Some(failing - 1);
-            return Err(CameraError::Gone { camera: self.identity.name() });
+            return Err(CameraError::Gone(self.identity.name()));
         }
         self.gone = None;
         // A camera that was without power has its defaults.

@@ -12,7 +12,6 @@ use rand_chacha::ChaCha8Rng;
 use super::fault::{SimFault, SimStamps};
 use super::pictures::Pictures;
 use super::view::{SimView, ViewSwitch};
-use crate::camera::pixels::FourCc;
 use crate::camera::{ActiveFormat, CameraError, CameraIdentity, FilledBuffer, Moment, Size, StampSource};
 use crate::stage::StagePosition;
 use epirig_simulator::Simulator;
@@ -189,7 +188,7 @@ impl SimDevice {
 
     fn there(&self) -> Result<(), CameraError> {
         match self.gone {
-            Some(_) => Err(CameraError::Gone { camera: self.identity.name() }),
+            Some(_) => Err(CameraError::Gone(self.identity.name())),
             None => Ok(()),
         }
     }
@@ -344,20 +343,7 @@ impl SimDevice {
 
     fn format(&self) -> ActiveFormat {
         let config = self.pictures.simulator().config();
-        let bit_depth = config.sensor.bit_depth;
-        let code = match bit_depth {
-            8 => b"GREY",
-            10 => b"Y10 ",
-            12 => b"Y12 ",
-            _ => b"Y16 ",
-        };
-        let stride = config.optics.columns * if bit_depth <= 8 { 1 } else { 2 };
-        ActiveFormat {
-            four_cc: FourCc(*code),
-            size: Size { columns: config.optics.columns, rows: config.optics.rows },
-            stride,
-            image_bytes: stride * config.optics.rows,
-            interlaced: false,
-        }
+        let size = Size { columns: config.optics.columns, rows: config.optics.rows };
+        ActiveFormat::grey(size, config.sensor.bit_depth)
     }
 }

@@ -266,7 +266,7 @@ impl VideoDevice for V4l2Device {
     fn dequeue(&mut self, patience: Duration) -> Result<Option<FilledBuffer>, CameraError> {
         let until = monotonic().after(patience);
         let Some(stream) = &mut self.stream else {
-            return Err(CameraError::NotStarted { camera: self.path.clone() });
+            return Err(CameraError::NotStarted(self.path.clone()));
         };
         loop {
             let taken = stream.dequeue(&self.node).map_err(broken(&self.path, "take a buffer"))?;
@@ -308,7 +308,7 @@ impl VideoDevice for V4l2Device {
 
     fn requeue(&mut self, buffer: FilledBuffer) -> Result<(), CameraError> {
         match &mut self.stream {
-            None => Err(CameraError::NotStarted { camera: self.path.clone() }),
+            None => Err(CameraError::NotStarted(self.path.clone())),
             Some(stream) => {
                 stream.queue(&self.node, buffer.index, 0).map_err(broken(&self.path, "give a buffer back"))
             }
@@ -335,7 +335,7 @@ impl VideoDevice for V4l2Device {
                     self.go_on_as(same);
                     Ok(())
                 }
-                Err(_) => Err(CameraError::Gone { camera: self.path.clone() }),
+                Err(_) => Err(CameraError::Gone(self.path.clone())),
             };
         };
         // Links point to it as before; a bare number may have changed.
