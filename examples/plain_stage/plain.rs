@@ -14,15 +14,12 @@
 //! `*` and two digits end a line: the sum of the bytes before ` *`, modulo 256, in hexadecimal. A damaged line gets no
 //! answer, so the host asks again; orders are absolute, so asking again does no harm.
 
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use epirig_core::settings::{Key, Settings};
 use epirig_devices::link::{Inbox, Link, Side, SimulatedDevice};
 use epirig_devices::stage::decode::{Decoder, LineDecoder};
-use epirig_devices::stage::simulator::{
-    FaultScript, Mishap, Plant, SimulatedStage, TICK_HZ, Ticks, Troubles,
-};
+use epirig_devices::stage::simulator::{Body, FaultScript, Mishap, SimulatedStage, TICK_HZ};
 use epirig_devices::stage::{
     Axis, Connection, Homed, Kinematics, Motion, PositionSettings, StageDriver, StageError, StageIdentity,
     StageState, StopSwitch,
@@ -75,14 +72,9 @@ impl StageDriver for Plain {
 
     fn simulated(&self, faults: FaultScript, _boot: u32) -> Option<SimulatedStage> {
         let device = PlainDevice::new(faults);
-        let plant = device.plant.clone();
-        Some(SimulatedStage {
-            device: Arc::new(Mutex::new(device)),
-            plant,
-            mm_from_home: |steps| (steps - HOME_SWITCH_AT) as f64 / f64::from(STEPS_PER_MM),
-            step_mm: 1.0 / f64::from(STEPS_PER_MM),
-            settings: Settings::default(),
-        })
+        let plant = device.body.plant.clone();
+        let mm_from_home = |steps| (steps - HOME_SWITCH_AT) as f64 / f64::from(STEPS_PER_MM);
+        Some(SimulatedStage::new(device, plant, mm_from_home, 1.0 / f64::from(STEPS_PER_MM)))
     }
 }
 
@@ -135,12 +127,7 @@ impl PlainAxis {
     }
 
     fn foreign(&self, heard: &str) -> StageError {
-        StageError::Foreign {
-            port: self.link.name().to_owned(),
-            expected: NAME,
-            heard: heard.to_owned(),
-            hint: "choose another --driver".to_owned(),
-        }
+        StageError::foreign(self.link.name(), NAME, heard, "choose another --driver")
     }
 
     fn next_line(&mut self, until: Duration) -> Result<Option<String>, StageError> {
@@ -172,12 +159,8 @@ impl PlainAxis {
                 }
             }
         }
-        Err(StageError::NoAnswer {
-            port: self.link.name().to_owned(),
-            asked: words.to_owned(),
-            patience_s: (REPLY_PATIENCE * TRIES).as_secs_f64(),
-            hint: "whether it speaks the plain dialect",
-        })
+        let hint = "whether it speaks the plain dialect";
+        Err(StageError::no_answer(self.link.name(), words, REPLY_PATIENCE * TRIES, hint))
     }
 
     fn status(&mut self) -> Result<Status, StageError> {
@@ -207,14 +190,14 @@ impl PlainAxis {
                 "idle" => return Ok(status),
                 fault => {
                     let fault = format!("it reports {fault}; look for what blocks it, then home it");
-                    return Err(StageError::Fault { during: during.to_owned(), fault });
+                    return Err(StageError::fault(during, fault));
                 }
             }
             let until = self.link.now() + POLL;
             self.next_line(until)?;
         }
         self.ask("stop")?;
-        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
+        Err(StageError::too_slow(during, patience))
     }
 }
 
@@ -294,32 +277,23 @@ const HOME_SWITCH_AT: i64 = -500;
 
 /// The device's side, in memory.
 struct PlainDevice {
-    plant: Plant,
-    troubles: Troubles,
+    body: Body,
     position: Option<i64>,
     run: Option<(Run, Way)>,
     homing: bool,
     blocked: bool,
     line: String,
-    ticks: Ticks,
-    sent: Vec<u8>,
 }
 
 impl PlainDevice {
     fn new(faults: FaultScript) -> Self {
-        let troubles = Troubles::new(faults);
-        let plant = Plant::new(HOME_SWITCH_AT, HOME_SWITCH_AT + TRAVEL_STEPS + 500);
-        plant.set_switches_work(troubles.switches_work());
         Self {
-            plant,
-            troubles,
+            body: Body::new(faults, HOME_SWITCH_AT, HOME_SWITCH_AT + TRAVEL_STEPS + 500),
             position: None,
             run: None,
             homing: false,
             blocked: false,
             line: String::new(),
-            ticks: Ticks::default(),
-            sent: Vec::new(),
         }
     }
 
@@ -356,12 +330,11 @@ impl PlainDevice {
                 (Some(at), Ok(target)) if (0..=TRAVEL_STEPS).contains(&target) => {
                     // An order that comes again while it runs changes nothing.
                     if self.run.is_none() && at != target {
-                        self.troubles.move_begins();
-                        self.plant.set_stalled(self.troubles.no_motion());
+                        self.body.move_begins();
                         self.begin(target - at);
                     } else if at == target {
-                        self.troubles.move_begins();
-                        self.troubles.move_ends();
+                        self.body.troubles.move_begins();
+                        self.body.troubles.move_ends();
                     }
                     "ok".to_owned()
                 }
@@ -378,20 +351,20 @@ impl PlainDevice {
     }
 
     fn tick(&mut self) {
-        if self.homing && self.plant.limits().home {
+        if self.homing && self.body.plant.limits().home {
             (self.homing, self.run, self.position) = (false, None, Some(0));
         }
         let Some((run, way)) = &mut self.run else { return };
         if run.tick() {
             let step = if *way == Way::Out { 1 } else { -1 };
             self.position = self.position.map(|position| position + step);
-            self.plant.step(*way);
+            self.body.plant.step(*way);
         }
         if run.finished() {
             self.run = None;
             // It has an encoder: a carriage that does not follow, or a home that is never found, is noticed.
-            self.blocked = std::mem::take(&mut self.homing) || self.troubles.no_motion();
-            self.troubles.move_ends();
+            self.blocked = std::mem::take(&mut self.homing) || self.body.troubles.no_motion();
+            self.body.troubles.move_ends();
         }
     }
 }
@@ -399,15 +372,13 @@ impl PlainDevice {
 impl SimulatedDevice for PlainDevice {
     fn receive(&mut self, byte: u8) {
         match byte {
-            _ if !self.troubles.connected() => {}
+            _ if !self.body.troubles.connected() => {}
             b'\n' => {
                 let line = std::mem::take(&mut self.line);
                 let question = unsealed(&line).and_then(|words| words.split_once(' '));
                 if let Some((id, words)) = question {
                     let answer = sealed(&format!("{id} {}", self.obey(words)));
-                    if !self.troubles.muted() {
-                        self.sent.extend(answer.bytes());
-                    }
+                    self.body.say(answer.as_bytes());
                 }
             }
             byte if self.line.len() < LONGEST_LINE => self.line.push(char::from(byte)),
@@ -416,23 +387,23 @@ impl SimulatedDevice for PlainDevice {
     }
 
     fn advance(&mut self, time: Duration) {
-        match self.troubles.advance(time) {
+        match self.body.troubles.advance(time) {
             Some(Mishap::Reset | Mishap::OtherSettings) => {
                 (self.run, self.position, self.homing) = (None, None, false);
             }
             Some(Mishap::LimitCloses) => (self.run, self.blocked, self.homing) = (None, true, false),
             Some(Mishap::LimitOpens) | None => {}
         }
-        for _ in 0..self.ticks.pass(time) {
+        for _ in 0..self.body.ticks(time) {
             self.tick();
         }
     }
 
     fn take_sent(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.sent)
+        self.body.take_sent()
     }
 
     fn connected(&self) -> bool {
-        self.troubles.connected()
+        self.body.troubles.connected()
     }
 }

@@ -5,8 +5,7 @@ use super::shown::Shown;
 use crate::profile::Profile;
 use epirig_devices::link::{Link, LinkError, PortChoice, choose, open, ports};
 use epirig_devices::stage::{
-    CheckedStage, Connection, MotionLimits, Stage, StageError, StagePosition, StageSource, WhenMoving,
-    connect,
+    CheckedStage, Connection, Stage, StageError, StagePosition, StageSource, WhenMoving, connect,
 };
 
 /// Inserted between a line and its driver, such as a [`Recorder`](epirig_devices::link::Recorder).
@@ -93,8 +92,8 @@ impl StageSource for RigStage<'_> {
         };
         let stage = &profile.stage;
         let axis = connect(stage.driver, &mut connection, &stage.settings)?;
-        let limits = MotionLimits { tolerance_mm: stage.tolerance_mm };
-        let checked = CheckedStage::over(axis).with_limits(limits).approaching_by(stage.approach_mm);
+        let checked =
+            CheckedStage::over(axis).with_tolerance(stage.tolerance_mm).approaching_by(stage.approach_mm);
         // A stage in memory shows its true position.
         if profile.camera.is_simulated() && !stage.is_simulated() {
             return Ok(Box::new(Shown::new(checked, watch.clone())));

@@ -5,10 +5,8 @@ use std::time::Duration;
 use tracing::{debug, debug_span, info, warn};
 
 use super::axis::{Axis, Homed, Motion};
-use super::limits::REPORT_ROUNDING_MM;
-use super::{
-    MotionLimits, PositionAfter, PositionSettings, Stage, StageError, StageIdentity, StageState, StopSwitch,
-};
+use super::limits::{REPORT_ROUNDING_MM, check_move};
+use super::{PositionAfter, PositionSettings, Stage, StageError, StageIdentity, StageState, StopSwitch};
 
 /// Largest distance from 0 after homing, for stages with an encoder.
 const HOME_WITHIN_MM: f64 = 0.1;
@@ -22,7 +20,7 @@ const READINGS: u32 = 6;
 /// - It moves only while the position is known: the device was homed, and no later fault has invalidated the
 ///   position ([`StageError::consequence`]).
 /// - Before a move the axis must be where the last move ended; otherwise something else has moved it.
-/// - A move ends at the commanded position, within [`MotionLimits`], and not sooner than velocity and acceleration allow.
+/// - A move ends at the commanded position, within the tolerance, and not sooner than velocity and acceleration allow.
 /// - With unidirectional approach every position is reached from below, so that backlash has no effect.
 ///
 /// ```
@@ -40,7 +38,7 @@ const READINGS: u32 = 6;
 #[derive(Debug)]
 pub struct CheckedStage<A: ?Sized> {
     pub(super) axis: Box<A>,
-    limits: MotionLimits,
+    tolerance_mm: f64,
     approach_mm: f64,
     /// Whether the position is known: the device knew it, and no fault has happened since.
     is_known: bool,
@@ -50,7 +48,7 @@ pub struct CheckedStage<A: ?Sized> {
 }
 
 impl<A: Axis + ?Sized> CheckedStage<A> {
-    /// Wraps `axis` with the default limits; every position is approached directly.
+    /// Wraps `axis` without a tolerance; every position is approached directly.
     pub fn over(axis: Box<A>) -> Self {
         info!(
             device = axis.identity().to_string(),
@@ -61,16 +59,18 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
         Self {
             is_known: axis.is_homed(),
             axis,
-            limits: MotionLimits::default(),
+            // A stage without an encoder must report exactly the commanded step.
+            tolerance_mm: 0.0,
             approach_mm: 0.0,
             rest_mm: None,
             home_shift_mm: None,
         }
     }
 
-    /// The same with other limits.
-    pub fn with_limits(self, limits: MotionLimits) -> Self {
-        Self { limits, ..self }
+    /// The same with a tolerance: the largest distance of the reported from the commanded position, in mm, beyond
+    /// half a step and the rounding of the report.
+    pub fn with_tolerance(self, tolerance_mm: f64) -> Self {
+        Self { tolerance_mm, ..self }
     }
 
     /// The same with unidirectional approach, from `approach_mm` or more below each position; 0 for direct
@@ -104,7 +104,7 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
 
     fn agree(&self, one_mm: Option<f64>, other_mm: Option<f64>) -> bool {
         match (one_mm, other_mm) {
-            (Some(one), Some(other)) => (one - other).abs() <= self.limits.tolerance_mm + REPORT_ROUNDING_MM,
+            (Some(one), Some(other)) => (one - other).abs() <= self.tolerance_mm + REPORT_ROUNDING_MM,
             (None, None) => true,
             _ => false,
         }
@@ -124,24 +124,20 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
     }
 
     fn unsteady(&self, during: &str) -> StageError {
-        StageError::Fault {
-            during: during.to_owned(),
-            fault: format!(
-                "no two of {READINGS} reports of its position at rest agree; check cable and earth, then home it"
-            ),
-        }
+        let fault = format!(
+            "no two of {READINGS} reports of its position at rest agree; check cable and earth, then home it"
+        );
+        StageError::fault(during, fault)
     }
 
     fn within_travel(&self, position_mm: Option<f64>, during: &str) -> Result<Option<f64>, StageError> {
         let travel_mm = self.axis.travel_mm();
-        let margin_mm = HOME_WITHIN_MM + self.limits.tolerance_mm + REPORT_ROUNDING_MM;
+        let margin_mm = HOME_WITHIN_MM + self.tolerance_mm + REPORT_ROUNDING_MM;
         match position_mm {
-            Some(mm) if !(-margin_mm..=travel_mm + margin_mm).contains(&mm) => Err(StageError::Fault {
-                during: during.to_owned(),
-                fault: format!(
-                    "it reports {mm:.3} mm, which is outside its travel of 0 to {travel_mm} mm; home it"
-                ),
-            }),
+            Some(mm) if !(-margin_mm..=travel_mm + margin_mm).contains(&mm) => Err(StageError::fault(
+                during,
+                format!("it reports {mm:.3} mm, which is outside its travel of 0 to {travel_mm} mm; home it"),
+            )),
             inside => Ok(inside),
         }
     }
@@ -173,7 +169,7 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
         let during = format!("in the move to {target_mm:.3} mm");
         let from_mm = self.confirmed_mm(&during)?.ok_or(StageError::NotHomed)?;
         if let Some(rest_mm) = self.rest_mm {
-            let tolerance_mm = self.limits.tolerance_mm + REPORT_ROUNDING_MM;
+            let tolerance_mm = self.tolerance_mm + REPORT_ROUNDING_MM;
             // It has restarted, or something else has moved it.
             if (from_mm - rest_mm).abs() > tolerance_mm {
                 return Err(StageError::Disagrees {
@@ -190,7 +186,7 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
         let took = self.axis.now().saturating_sub(began);
         let reported_mm = reported_mm.ok_or(StageError::NotHomed)?;
         self.rest_mm = Some(reported_mm);
-        self.limits.check(&kinematics, from_mm, target_mm, reported_mm, took)
+        check_move(self.tolerance_mm, &kinematics, from_mm, target_mm, reported_mm, took)
     }
 }
 
@@ -204,10 +200,8 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
         let is_at_home = position_mm.abs() <= HOME_WITHIN_MM;
         if !is_at_home {
             self.forget_position();
-            return Err(StageError::Fault {
-                during: "while homing".to_owned(),
-                fault: format!("it reports the end of homing at {position_mm:.4} mm; home it again"),
-            });
+            let fault = format!("it reports the end of homing at {position_mm:.4} mm; home it again");
+            return Err(StageError::fault("while homing", fault));
         }
         (self.is_known, self.rest_mm, self.home_shift_mm) = (true, Some(position_mm), shift_mm);
         Ok(())

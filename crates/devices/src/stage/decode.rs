@@ -33,14 +33,14 @@ pub struct LineDecoder {
     explain: fn(Side, &str) -> String,
     /// Explains a byte that is a message by itself.
     real_time: fn(Side, u8) -> Option<&'static str>,
-    host: Vec<u8>,
-    device: Vec<u8>,
+    /// The incomplete line of each side.
+    lines: [Vec<u8>; 2],
 }
 
 impl LineDecoder {
     /// A decoder that explains lines with `explain`.
     pub fn new(explain: fn(Side, &str) -> String) -> Self {
-        Self { explain, real_time: |_, _| None, host: Vec::new(), device: Vec::new() }
+        Self { explain, real_time: |_, _| None, lines: [Vec::new(), Vec::new()] }
     }
 
     /// The same for a dialect with single bytes that are messages.
@@ -51,10 +51,7 @@ impl LineDecoder {
 
 impl Decoder for LineDecoder {
     fn push(&mut self, side: Side, bytes: &[u8]) -> Vec<String> {
-        let line = match side {
-            Side::Host => &mut self.host,
-            Side::Device => &mut self.device,
-        };
+        let line = &mut self.lines[side as usize];
         let mut texts = Vec::new();
         for &byte in bytes {
             match ((self.real_time)(side, byte), byte) {
@@ -72,10 +69,7 @@ impl Decoder for LineDecoder {
     }
 
     fn unfinished(&self, side: Side) -> Option<String> {
-        let line = match side {
-            Side::Host => &self.host,
-            Side::Device => &self.device,
-        };
+        let line = &self.lines[side as usize];
         (!line.is_empty()).then(|| format!("unfinished: {:?}", String::from_utf8_lossy(line)))
     }
 }

@@ -24,9 +24,9 @@ pub trait StageDriver: Sync {
     /// Its own keys of section `stage`, besides port, approach and tolerance.
     fn keys(&self) -> Vec<&'static Key>;
 
-    /// Whether it uses a line; else it is simulated in memory.
+    /// Whether it uses a line, and so has a [`decoder`](Self::decoder); else it is simulated in memory.
     fn has_line(&self) -> bool {
-        true
+        self.decoder().is_some()
     }
 
     /// Connects to the device and identifies it. `settings` are checked values of its [`keys`](Self::keys).
@@ -50,11 +50,15 @@ pub trait StageDriver: Sync {
     }
 
     /// The decoder of its traffic; `None` without a line.
-    fn decoder(&self) -> Option<Box<dyn Decoder>>;
+    fn decoder(&self) -> Option<Box<dyn Decoder>> {
+        None
+    }
 
     /// A simulated device with its dialect and faults; `None` without a line. `boot` is the boot count, if
     /// the device has one.
-    fn simulated(&self, faults: FaultScript, boot: u32) -> Option<SimulatedStage>;
+    fn simulated(&self, _faults: FaultScript, _boot: u32) -> Option<SimulatedStage> {
+        None
+    }
 }
 
 /// What a driver needs to connect.

@@ -1,5 +1,7 @@
 //! Errors of a stage.
 
+use std::time::Duration;
+
 use thiserror::Error;
 
 use crate::link::LinkError;
@@ -146,4 +148,37 @@ pub enum StageError {
         /// Position, in mm from home, if still known.
         position_mm: Option<f64>,
     },
+}
+
+impl StageError {
+    /// There is no valid answer to `asked` within `patience`; `hint` is what else to check.
+    pub fn no_answer(port: &str, asked: &str, patience: Duration, hint: &'static str) -> Self {
+        let (port, asked, patience_s) = (port.to_owned(), asked.to_owned(), patience.as_secs_f64());
+        Self::NoAnswer { port, asked, patience_s, hint }
+    }
+
+    /// Another kind of device than `expected` answers.
+    pub fn foreign(
+        port: &str,
+        expected: &'static str,
+        heard: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> Self {
+        Self::Foreign { port: port.to_owned(), expected, heard: heard.into(), hint: hint.into() }
+    }
+
+    /// The settings of the stage prevent a measurement.
+    pub fn unsuitable(port: &str, what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Unsuitable { port: port.to_owned(), what: what.into(), remedy: remedy.into() }
+    }
+
+    /// The stage stopped by itself: why, and what to do.
+    pub fn fault(during: &str, fault: impl Into<String>) -> Self {
+        Self::Fault { during: during.to_owned(), fault: fault.into() }
+    }
+
+    /// An operation did not end in time.
+    pub fn too_slow(during: &str, patience: Duration) -> Self {
+        Self::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() }
+    }
 }

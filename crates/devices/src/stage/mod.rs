@@ -36,7 +36,6 @@ pub use driver::{Connection, Console, Distrust, Greeting, StageDriver, WhenMovin
 pub use drivers::{Driver, add_drivers, driver_keys, drivers};
 pub use error::StageError;
 pub use grbl::GrblStage;
-pub use limits::MotionLimits;
 pub use native::NativeStage;
 pub use recognise::connect;
 pub use sim::{SimStage, SimStageConfig};

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Urgency {
     /// Decelerate; the position stays known.
-    Soon,
+    Soon = 1,
     /// At once; the position may be lost.
     AtOnce,
 }
@@ -31,22 +31,15 @@ pub struct StopSwitch {
     sent: Arc<AtomicU8>,
 }
 
-const fn level(urgency: Urgency) -> u8 {
-    match urgency {
-        Urgency::Soon => 1,
-        Urgency::AtOnce => 2,
-    }
-}
-
 impl StopSwitch {
     /// Asks for a stop, which stays until released. A later press can only make it more urgent.
     pub fn press(&self, urgency: Urgency) {
-        self.asked.fetch_max(level(urgency), Ordering::SeqCst);
+        self.asked.fetch_max(urgency as u8, Ordering::SeqCst);
     }
 
     /// Called by a driver: the stop has been sent to the stage.
     pub fn sent(&self, urgency: Urgency) {
-        self.sent.fetch_max(level(urgency), Ordering::SeqCst);
+        self.sent.fetch_max(urgency as u8, Ordering::SeqCst);
     }
 
     /// Whether the stop that is asked for, or a more urgent one, has been sent to the stage.

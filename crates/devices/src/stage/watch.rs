@@ -15,11 +15,14 @@ struct Carriage {
     left: Option<Screw>,
 }
 
-/// Motor, nut and slip of a stage in memory that was homed, in mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Motor, nut and slip of a stage in memory, in mm.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Screw {
+    /// Position of the motor, which the stage reports.
     pub(super) motor_mm: f64,
+    /// Position of the nut without drift and noise.
     pub(super) nut_mm: f64,
+    /// Total slip since homing.
     pub(super) slipped_mm: f64,
 }
 

@@ -127,7 +127,7 @@ fn a_report_beside_the_target_costs_the_position_unless_it_is_tolerated() {
     assert!(matches!(stage.move_to(10.0), Err(StageError::Disagrees { .. })));
     assert_eq!((stage.position_mm(), stage.axis.forgotten), (Err(StageError::NotHomed), 1));
     assert_eq!(stage.move_to(10.0), Err(StageError::NotHomed));
-    let mut stage = homed(|axis| axis.off_mm = 0.0026).with_limits(MotionLimits { tolerance_mm: 0.001 });
+    let mut stage = homed(|axis| axis.off_mm = 0.0026).with_tolerance(0.001);
     assert_eq!(stage.move_to(10.0), Ok(()));
 }
 

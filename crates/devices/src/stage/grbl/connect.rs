@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use super::lines::{Heard, Lines};
+use super::lines::Lines;
 use super::protocol::{
-    BOOT_PATIENCE, EXCHANGES, FEED_HOLD, NAME, POLL, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE,
-    STATUS_QUERY, TRIES,
+    BOOT_PATIENCE, EXCHANGES, FEED_HOLD, POLL, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE, STATUS_QUERY,
+    TRIES,
 };
 use super::response::{Response, State, Status};
 use super::settings::{ALWAYS_POWERED, IDLE_DELAY, Readings, Settings};
@@ -30,12 +30,8 @@ fn is_old_status(line: &str) -> bool {
 }
 
 pub(super) fn no_answer(lines: &Lines, asked: &str, patience: Duration) -> StageError {
-    StageError::NoAnswer {
-        port: lines.port().to_owned(),
-        asked: asked.to_owned(),
-        patience_s: patience.as_secs_f64(),
-        hint: "whether its firmware is GRBL 1.1 (else choose another --driver)",
-    }
+    let hint = "whether its firmware is GRBL 1.1 (else choose another --driver)";
+    StageError::no_answer(lines.port(), asked, patience, hint)
 }
 
 pub(super) fn refused(code: u8) -> StageError {
@@ -54,7 +50,7 @@ pub(super) fn greet(lines: &mut Lines) -> Result<Status, StageError> {
             // Asked often, because an answer may be lost, and a reset costs the mark.
             lines.send_byte(STATUS_QUERY)?;
             let asked_until = lines.now() + STATUS_PATIENCE;
-            while let Heard::Line(response) = lines.next(asked_until.saturating_sub(lines.now()))? {
+            while let Some(response) = lines.next(asked_until)? {
                 if let Some(status) = greeted(lines, response)? {
                     return Ok(status);
                 }
@@ -69,31 +65,26 @@ fn greeted(lines: &mut Lines, response: Response) -> Result<Option<Status>, Stag
     match response {
         Response::Status(status) => Ok(Some(status)),
         Response::Banner { version } if version.starts_with("0.") => {
-            Err(too_old(lines, &format!("its version is {version}")))
+            Err(too_old(lines, format!("its version is {version}")))
         }
         Response::Banner { .. } => {
             lines.send_byte(STATUS_QUERY)?;
             Ok(None)
         }
         Response::Unknown(line) if is_old_status(&line) => {
-            Err(too_old(lines, &format!("it says \"{line}\", as GRBL until 0.9 did")))
+            Err(too_old(lines, format!("it says \"{line}\", as GRBL until 0.9 did")))
         }
-        Response::Error(SETTINGS_LOST) => Err(StageError::Unsuitable {
-            port: lines.port().to_owned(),
-            what: format!("it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"),
-            remedy: "set them again with `epirig stage console`".to_owned(),
-        }),
+        Response::Error(SETTINGS_LOST) => Err(StageError::unsuitable(
+            lines.port(),
+            format!("it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"),
+            "set them again with `epirig stage console`",
+        )),
         _ => Ok(None),
     }
 }
 
-fn too_old(lines: &Lines, heard: &str) -> StageError {
-    StageError::Foreign {
-        port: lines.port().to_owned(),
-        expected: NAME,
-        heard: heard.to_owned(),
-        hint: "GRBL 1.1 is needed: update its firmware".to_owned(),
-    }
+fn too_old(lines: &Lines, heard: String) -> StageError {
+    lines.foreign_for(heard, "GRBL 1.1 is needed: update its firmware")
 }
 
 /// Resets the controller, and discards its output until it answers again: a stale `ok` may precede the banner,
@@ -103,7 +94,7 @@ pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
     for _ in 0..TRIES {
         lines.send_byte(SOFT_RESET)?;
         let until = lines.now() + RESET_PATIENCE;
-        while !restarted && let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+        while !restarted && let Some(response) = lines.next(until)? {
             restarted = matches!(response, Response::Banner { .. });
         }
         if restarted {
@@ -114,7 +105,7 @@ pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
     for _ in 0..EXCHANGES {
         lines.send_byte(STATUS_QUERY)?;
         let until = lines.now() + STATUS_PATIENCE;
-        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+        while let Some(response) = lines.next(until)? {
             let Response::Status(status) = response else { continue };
             if restarted || matches!(status.state, State::Idle | State::Alarm) {
                 return Ok(());
@@ -123,13 +114,10 @@ pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
         }
     }
     Err(match busy {
-        Some(state) => StageError::Foreign {
-            port: lines.port().to_owned(),
-            expected: NAME,
-            heard: format!("it stays in state {state:?} and obeys no reset"),
-            hint: "switch its power off and on; if that does not help, its firmware is not GRBL 1.1"
-                .to_owned(),
-        },
+        Some(state) => lines.foreign_for(
+            format!("it stays in state {state:?} and obeys no reset"),
+            "switch its power off and on; if that does not help, its firmware is not GRBL 1.1",
+        ),
         None => no_answer(lines, "reset", RESET_PATIENCE * TRIES),
     })
 }
@@ -137,8 +125,8 @@ pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
 pub(super) fn command(lines: &mut Lines, line: &str) -> Result<(), StageError> {
     lines.send_line(line)?;
     match lines.answer(REPLY_PATIENCE)? {
-        Heard::Line(Response::Ok) => Ok(()),
-        Heard::Line(Response::Error(code)) => Err(refused(code)),
+        Some(Response::Ok) => Ok(()),
+        Some(Response::Error(code)) => Err(refused(code)),
         _ => Err(no_answer(lines, line, REPLY_PATIENCE)),
     }
 }
@@ -148,11 +136,11 @@ pub(super) fn ask(lines: &mut Lines, line: &str, mut take: impl FnMut(Response))
     lines.send_line(line)?;
     let until = lines.now() + REPLY_PATIENCE;
     loop {
-        match lines.next(until.saturating_sub(lines.now()))? {
-            Heard::Line(Response::Ok) => return Ok(()),
-            Heard::Line(Response::Error(code)) => return Err(refused(code)),
-            Heard::Line(response) => take(response),
-            Heard::Nothing => return Err(no_answer(lines, line, REPLY_PATIENCE)),
+        match lines.next(until)? {
+            Some(Response::Ok) => return Ok(()),
+            Some(Response::Error(code)) => return Err(refused(code)),
+            Some(response) => take(response),
+            None => return Err(no_answer(lines, line, REPLY_PATIENCE)),
         }
     }
 }
@@ -168,25 +156,32 @@ pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
                 settings.insert(number, value);
             }
         });
-        if let Err(error @ StageError::Link(_)) = asked {
-            return Err(error);
-        }
+        let is_whole = unless_the_line_failed(asked)?;
         // Whole tables may lack settings; so may those of controllers with this dialect.
-        if asked.is_ok() && before.as_ref() == Some(&settings) {
+        if is_whole && before.as_ref() == Some(&settings) {
             return Ok(settings);
         }
         readings.add(&settings);
         if let Some(settings) = readings.confirmed() {
             return Ok(settings);
         }
-        before = asked.is_ok().then_some(settings);
+        before = is_whole.then_some(settings);
     }
-    Err(StageError::Foreign {
-        port: lines.port().to_owned(),
-        expected: NAME,
-        heard: "no two readings of its settings agree".to_owned(),
-        hint: "the line is noisy: check cable and earth".to_owned(),
-    })
+    let heard = "no two readings of its settings agree";
+    Err(lines.foreign_for(heard, "the line is noisy: check cable and earth"))
+}
+
+/// The feed rate in the modes that `$G` tells.
+pub(super) fn feed_in(modes: &str) -> Option<f64> {
+    modes.split_whitespace().find_map(|word| word.strip_prefix('F')?.parse().ok())
+}
+
+/// Whether a question was answered; an error if the line failed. Other errors are those of noise.
+fn unless_the_line_failed(answered: Result<(), StageError>) -> Result<bool, StageError> {
+    match answered {
+        Err(error @ StageError::Link(_)) => Err(error),
+        answered => Ok(answered.is_ok()),
+    }
 }
 
 /// The feed rate that G-code has set, once two answers agree.
@@ -198,14 +193,15 @@ pub(super) fn read_feed(lines: &mut Lines) -> Result<f64, StageError> {
             if let Response::Feedback { kind, text } = response
                 && kind == "GC"
             {
-                feed = text.split_whitespace().find_map(|word| word.strip_prefix('F')?.parse::<f64>().ok());
+                feed = feed_in(&text);
             }
         });
-        match asked {
-            Ok(()) if feed.is_some() && feed == before => return Ok(feed.unwrap_or_default()),
-            Ok(()) => before = feed,
-            Err(error @ StageError::Link(_)) => return Err(error),
-            Err(_) => {}
+        if !unless_the_line_failed(asked)? {
+            continue;
+        }
+        match feed {
+            Some(feed) if before == Some(feed) => return Ok(feed),
+            _ => before = feed,
         }
     }
     Err(no_answer(lines, "$G", REPLY_PATIENCE))
@@ -216,9 +212,7 @@ pub(super) fn read_feed(lines: &mut Lines) -> Result<f64, StageError> {
 pub(super) fn set_feed(lines: &mut Lines, feed: u32) -> Result<(), StageError> {
     for _ in 0..TRIES {
         // The reading tells whether it was received.
-        if let Err(error @ StageError::Link(_)) = command(lines, &format!("G21G94F{feed}")) {
-            return Err(error);
-        }
+        unless_the_line_failed(command(lines, &format!("G21G94F{feed}")))?;
         if read_feed(lines)? == f64::from(feed) {
             return Ok(());
         }
@@ -231,29 +225,24 @@ pub(super) fn power_always(lines: &mut Lines, settings: &Settings) -> Result<boo
     if settings.get(IDLE_DELAY) == Some(ALWAYS_POWERED) {
         return Ok(true);
     }
-    let unsuitable = |port: &str, what: String, remedy: String| {
-        Err(StageError::Unsuitable { port: port.to_owned(), what, remedy })
-    };
     for _ in 0..TRIES {
         // The reading tells whether it was received.
-        let set = command(lines, &format!("${IDLE_DELAY}={ALWAYS_POWERED}"));
-        if let Err(error @ StageError::Link(_)) = set {
-            return Err(error);
-        }
+        unless_the_line_failed(command(lines, &format!("${IDLE_DELAY}={ALWAYS_POWERED}")))?;
         let now = read_settings(lines)?;
         let changes = now.changes(settings, IDLE_DELAY);
         if !changes.is_empty() {
             let what = format!("a setting changed while ${IDLE_DELAY} was set: {}", changes.join(", "));
             let remedy = "the line is noisy: check cable and earth, then set it back with \
                           `epirig stage console`";
-            return unsuitable(lines.port(), what, remedy.to_owned());
+            return Err(StageError::unsuitable(lines.port(), what, remedy));
         }
         if now.get(IDLE_DELAY) == Some(ALWAYS_POWERED) {
             return Ok(false);
         }
     }
     let what = format!("it switches the motor off between moves and refuses ${IDLE_DELAY}=255");
-    unsuitable(lines.port(), what, format!("send ${IDLE_DELAY}=255 with `epirig stage console`"))
+    let remedy = format!("send ${IDLE_DELAY}=255 with `epirig stage console`");
+    Err(StageError::unsuitable(lines.port(), what, remedy))
 }
 
 /// Decelerates any motion, and waits until the axis is at rest. Returns whether it is.
@@ -266,17 +255,17 @@ pub(super) fn hold(lines: &mut Lines, give_up: impl Fn() -> bool) -> Result<bool
         lines.send_byte(STATUS_QUERY)?;
         let status_until = lines.now() + STATUS_PATIENCE;
         loop {
-            match lines.next(status_until.saturating_sub(lines.now()))? {
-                Heard::Line(Response::Status(status)) => match status.state {
+            match lines.next(status_until)? {
+                Some(Response::Status(status)) => match status.state {
                     State::Hold { complete: true } | State::Door { complete: true } | State::Idle => {
                         return Ok(true);
                     }
                     State::Alarm => return Ok(false),
                     _ => break,
                 },
-                Heard::Line(Response::Alarm(_)) => return Ok(false),
-                Heard::Line(_) => {}
-                Heard::Nothing => {
+                Some(Response::Alarm(_)) => return Ok(false),
+                Some(_) => {}
+                None => {
                     unanswered += 1;
                     break;
                 }
@@ -293,7 +282,7 @@ pub(super) fn outlast(lines: &mut Lines) -> Result<bool, StageError> {
     while lines.now() - changed < STANDSTILL {
         lines.send_byte(STATUS_QUERY)?;
         let status_until = lines.now() + POLL;
-        while let Heard::Line(response) = lines.next(status_until.saturating_sub(lines.now()))? {
+        while let Some(response) = lines.next(status_until)? {
             let Response::Status(status) = response else { continue };
             let is_same = last
                 .as_ref()

@@ -1,6 +1,6 @@
 //! What precedes lines that a person sends to GRBL.
 
-use super::connect::ask;
+use super::connect::{ask, feed_in};
 use super::lines::Lines;
 use super::mark::NOT_HOMED;
 use super::protocol::{SOFT_RESET, TRIES};
@@ -23,7 +23,7 @@ pub(super) fn unmark(link: Box<dyn Link>) -> Result<Box<dyn Link>, StageError> {
         let set = ask(&mut lines, &format!("G21G94F{NOT_HOMED}"), |_| ());
         let read = ask(&mut lines, "$G", |response| {
             if let Response::Feedback { text, .. } = response {
-                feed = text.split_whitespace().find_map(|word| word.strip_prefix('F')?.parse::<f64>().ok());
+                feed = feed_in(&text);
             }
         });
         match (set, read) {

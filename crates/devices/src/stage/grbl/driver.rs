@@ -1,7 +1,5 @@
 //! Registration of the GRBL driver.
 
-use std::sync::{Arc, Mutex};
-
 use super::console::unmark;
 use super::is_of_grbl;
 use super::protocol::{BAUD, CYCLE_START, FEED_HOLD, JOG_CANCEL, NAME, SOFT_RESET, STATUS_QUERY};
@@ -66,13 +64,7 @@ impl StageDriver for Grbl {
     fn simulated(&self, faults: FaultScript, _boot: u32) -> Option<SimulatedStage> {
         let device = GrblDevice::new(faults);
         let plant = device.plant();
-        Some(SimulatedStage {
-            device: Arc::new(Mutex::new(device)),
-            plant,
-            mm_from_home: GrblDevice::mm_from_home,
-            step_mm: GrblDevice::STEP_MM,
-            settings: Settings::default(),
-        })
+        Some(SimulatedStage::new(device, plant, GrblDevice::mm_from_home, GrblDevice::STEP_MM))
     }
 }
 

@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use super::GrblAxis;
 use super::connect::{refused, set_feed};
-use super::lines::Heard;
 use super::protocol::{BOOT_PATIENCE, POLL, STATUS_QUERY};
 use super::response::{Response, State};
 use super::settings::{AxisLetter, AxisSettings};
@@ -36,15 +35,13 @@ impl GrblAxis {
         // An `ok` is not enough: one flipped bit turns `$H` into `$X`, which unlocks without homing.
         if !is_home || took_s < self.axis.least_homing_s {
             let home_mm = |axis: &AxisSettings| axis.home_steps as f64 / axis.steps_per_mm;
-            return Err(StageError::Fault {
-                during: DURING.to_owned(),
-                fault: format!(
-                    "it reports the end of homing after {took_s:.2} s at {machine_mm} mm, but by its settings home is at {} or {} mm after {:.2} s at least; home it again",
-                    home_mm(&self.axis),
-                    home_mm(&self.other),
-                    self.axis.least_homing_s
-                ),
-            });
+            let fault = format!(
+                "it reports the end of homing after {took_s:.2} s at {machine_mm} mm, but by its settings home is at {} or {} mm after {:.2} s at least; home it again",
+                home_mm(&self.axis),
+                home_mm(&self.other),
+                self.axis.least_homing_s
+            );
+            return Err(StageError::fault(DURING, fault));
         }
         if steps != self.axis.home_steps {
             std::mem::swap(&mut self.axis, &mut self.other);
@@ -68,19 +65,17 @@ impl GrblAxis {
                 // It obeys no hold while it homes, and its position is unknown anyway.
                 return Err(self.stop_motion(Urgency::AtOnce)?);
             }
-            match self.lines.next(POLL)? {
-                Heard::Line(Response::Ok) => return Ok(()),
-                Heard::Line(Response::Error(code)) => return Err(refused(code)),
-                Heard::Line(Response::Alarm(code)) => return Err(self.homing_alarm(code, before_mm)?),
-                Heard::Line(Response::Banner { .. }) => return Err(self.restarted(DURING)),
+            match self.lines.next(self.lines.now() + POLL)? {
+                Some(Response::Ok) => return Ok(()),
+                Some(Response::Error(code)) => return Err(refused(code)),
+                Some(Response::Alarm(code)) => return Err(self.homing_alarm(code, before_mm)?),
+                Some(Response::Banner { .. }) => return Err(self.restarted(DURING)),
                 // Homing gives no such output, so the command was damaged on its way.
-                Heard::Line(Response::Feedback { kind, text }) => {
-                    return Err(StageError::Fault {
-                        during: DURING.to_owned(),
-                        fault: format!("it received another command ([{kind}:{text}]); home it again"),
-                    });
+                Some(Response::Feedback { kind, text }) => {
+                    let fault = format!("it received another command ([{kind}:{text}]); home it again");
+                    return Err(StageError::fault(DURING, fault));
                 }
-                Heard::Line(Response::Status(status)) => {
+                Some(Response::Status(status)) => {
                     let is_rest = matches!(status.state, State::Idle | State::Alarm);
                     if at_rest == 0 {
                         rest_since = self.lines.now();
@@ -91,12 +86,12 @@ impl GrblAxis {
                     }
                     self.lines.send_byte(STATUS_QUERY)?;
                 }
-                Heard::Line(_) => {}
-                Heard::Nothing => self.lines.send_byte(STATUS_QUERY)?,
+                Some(_) => {}
+                None => self.lines.send_byte(STATUS_QUERY)?,
             }
         }
         self.stop_motion(Urgency::AtOnce)?;
-        Err(StageError::TooSlow { during: DURING.to_owned(), patience_s: patience.as_secs_f64() })
+        Err(StageError::too_slow(DURING, patience))
     }
 
     /// It answers, and did from `took` after the order on, so it does not home now. Was it done?
@@ -108,7 +103,7 @@ impl GrblAxis {
             State::Idle => return Ok(()),
             _ => "it is locked again, without telling why; home it again",
         };
-        Err(StageError::Fault { during: DURING.to_owned(), fault: fault.to_owned() })
+        Err(StageError::fault(DURING, fault))
     }
 
     /// GRBL does not tell which axis failed; the counts show which one it was moving.
@@ -136,13 +131,11 @@ impl GrblAxis {
         } else {
             format!("axis {letter} had not moved: axis {others} is homed before it")
         };
-        Ok(StageError::Fault {
-            during: DURING.to_owned(),
-            fault: format!(
-                "{} (ALARM:{code}). {cause}. GRBL homes Z, then X and Y, as built by its authors: fit a switch \
-                 to each, or build it with HOMING_CYCLE_0 for axis {letter} alone",
-                alarm_text(code)
-            ),
-        })
+        let fault = format!(
+            "{} (ALARM:{code}). {cause}. GRBL homes Z, then X and Y, as built by its authors: fit a switch \
+             to each, or build it with HOMING_CYCLE_0 for axis {letter} alone",
+            alarm_text(code)
+        );
+        Ok(StageError::fault(DURING, fault))
     }
 }

@@ -15,13 +15,6 @@ const QUIET: Duration = Duration::from_millis(30);
 /// A device that never ceases is listened to for no longer.
 const DRAIN_PATIENCE: Duration = Duration::from_secs(1);
 
-/// Received input, if any.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Heard {
-    Line(Response),
-    Nothing,
-}
-
 /// A link used line by line.
 pub(super) struct Lines {
     link: Box<dyn Link>,
@@ -51,7 +44,7 @@ impl Lines {
     /// Discards what a former process has asked for, as far as it comes at once.
     pub(super) fn drain(&mut self) -> Result<(), LinkError> {
         let until = self.now() + DRAIN_PATIENCE;
-        while self.now() < until && self.next(QUIET)? != Heard::Nothing {}
+        while self.now() < until && self.next(self.now() + QUIET)?.is_some() {}
         self.line.clear();
         Ok(())
     }
@@ -77,18 +70,17 @@ impl Lines {
         self.link.send(&[byte])
     }
 
-    /// The next non-empty line, if one comes in time.
-    pub(super) fn next(&mut self, patience: Duration) -> Result<Heard, LinkError> {
-        let until = self.now() + patience;
+    /// The next non-empty line, if one comes before `until`.
+    pub(super) fn next(&mut self, until: Duration) -> Result<Option<Response>, LinkError> {
         while let Some(byte) = self.inbox.next(&mut *self.link, until)? {
             match byte {
                 b'\r' | b'\n' if self.line.is_empty() => {}
-                b'\r' | b'\n' => return Ok(Heard::Line(self.take_line())),
+                b'\r' | b'\n' => return Ok(Some(self.take_line())),
                 other if self.line.len() < LONGEST => self.line.push(other),
-                _ => return Ok(Heard::Line(self.take_line())),
+                _ => return Ok(Some(self.take_line())),
             }
         }
-        Ok(Heard::Nothing)
+        Ok(None)
     }
 
     fn take_line(&mut self) -> Response {
@@ -103,11 +95,11 @@ impl Lines {
     }
 
     /// The next line that answers a command, or ends all answers.
-    pub(super) fn answer(&mut self, patience: Duration) -> Result<Heard, LinkError> {
+    pub(super) fn answer(&mut self, patience: Duration) -> Result<Option<Response>, LinkError> {
         let until = self.now() + patience;
         loop {
-            match self.next(until.saturating_sub(self.now()))? {
-                Heard::Line(
+            match self.next(until)? {
+                Some(
                     Response::Status(_)
                     | Response::Feedback { .. }
                     | Response::Setting { .. }
@@ -118,15 +110,16 @@ impl Lines {
         }
     }
 
+    /// The error for what is heard from another device.
+    pub(super) fn foreign_for(&self, heard: impl Into<String>, hint: &str) -> StageError {
+        StageError::foreign(self.port(), NAME, heard, hint)
+    }
+
     /// The error for a device that sends only unknown lines.
     pub(super) fn foreign(&self) -> Option<StageError> {
         let partly = String::from_utf8_lossy(&self.line).into_owned();
         let heard = self.unknown.clone().or_else(|| (!partly.is_empty()).then_some(partly))?;
-        Some(StageError::Foreign {
-            port: self.port().to_owned(),
-            expected: NAME,
-            heard: format!("it says \"{}\"", heard.escape_default()),
-            hint: "check its firmware, or choose another --driver".to_owned(),
-        })
+        let says = format!("it says \"{}\"", heard.escape_default());
+        Some(self.foreign_for(says, "check its firmware, or choose another --driver"))
     }
 }

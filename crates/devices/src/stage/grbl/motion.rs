@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use super::GrblAxis;
 use super::connect::{hold, no_answer, reset, set_feed};
-use super::lines::Heard;
 use super::order::Ordered;
 use super::protocol::{BOOT_PATIENCE, JOG_CANCEL, POLL, REPORT_ROUNDING_MM, STATUS_QUERY, TRIES};
 use super::response::{Response, State, Status};
@@ -21,6 +20,9 @@ const CONFIRMED: u32 = 2;
 
 /// Steps by which a coordinate in motion may lie outside the way, beyond the rounding of the report.
 const MARGIN_STEPS: i64 = 2;
+
+const DAMAGED: &str = "the order was damaged on the line, or another program sends commands; check cable and \
+                       earth, then home it";
 
 /// How a motion ended.
 enum End {
@@ -108,12 +110,12 @@ impl GrblAxis {
             }
         }
         self.stop_motion(Urgency::Soon)?;
-        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
+        Err(StageError::too_slow(during, patience))
     }
 
     /// Waits until `until`, and hears an alarm or a restart meanwhile.
     fn pause(&mut self, until: Duration, during: &str) -> Result<(), StageError> {
-        while let Heard::Line(response) = self.lines.next(until.saturating_sub(self.lines.now()))? {
+        while let Some(response) = self.lines.next(until)? {
             match response {
                 Response::Alarm(code) => return Err(self.alarm(code, during)?),
                 Response::Banner { .. } => return Err(self.restarted(during)),
@@ -158,16 +160,12 @@ impl GrblAxis {
             }
             self.stop_motion(Urgency::Soon)?;
             self.is_homed = false;
-            let (from_mm, target_mm) = (self.axis.place_mm(way.from), self.axis.place_mm(way.target));
-            return Err(StageError::Fault {
-                during: during.to_owned(),
-                fault: format!(
-                    "it was stopped at {:.3} mm, outside its way from {from_mm:.3} to {target_mm:.3} mm: the \
-                     order was damaged on the line, or another program sends commands; check cable and earth, \
-                     then home it",
-                    self.axis.place_mm(steps)
-                ),
-            });
+            let [at_mm, from_mm, target_mm] =
+                [steps, way.from, way.target].map(|steps| self.axis.place_mm(steps));
+            let fault = format!(
+                "it was stopped at {at_mm:.3} mm, outside its way from {from_mm:.3} to {target_mm:.3} mm: {DAMAGED}"
+            );
+            return Err(StageError::fault(during, fault));
         }
         seen.unusual += 1;
         if seen.unusual < CONFIRMED {
@@ -176,12 +174,7 @@ impl GrblAxis {
         if status.state == State::Home {
             // `$J` may have become `$H`.
             self.stop_motion(Urgency::AtOnce)?;
-            return Err(StageError::Fault {
-                during: during.to_owned(),
-                fault: "it began to home: the order was damaged on the line, or another program sends \
-                        commands; check cable and earth, then home it"
-                    .to_owned(),
-            });
+            return Err(StageError::fault(during, format!("it began to home: {DAMAGED}")));
         }
         // Locked, held, asleep: this says what to do.
         self.at_rest(during)?;
@@ -240,9 +233,7 @@ impl GrblAxis {
             self.stop.sent(Urgency::Soon);
             self.lines.send_byte(STATUS_QUERY)?;
             let status_until = self.lines.now() + POLL;
-            while let Heard::Line(response) =
-                self.lines.next(status_until.saturating_sub(self.lines.now()))?
-            {
+            while let Some(response) = self.lines.next(status_until)? {
                 let Response::Status(status) = response else { continue };
                 match status.state {
                     State::Idle => idle += 1,

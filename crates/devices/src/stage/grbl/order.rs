@@ -7,7 +7,6 @@
 
 use super::GrblAxis;
 use super::connect::{no_answer, refused};
-use super::lines::Heard;
 use super::protocol::{EXCHANGES, REPLY_PATIENCE, REPORT_ROUNDING_MM, STATUS_PATIENCE, TRIES};
 use super::response::{Response, State};
 use super::settings::MOST_AXES;
@@ -65,12 +64,12 @@ impl GrblAxis {
                 .collect();
             self.lines.send_line(&format!("G90G94G21G92{words}F{mark}"))?;
             match self.lines.answer(REPLY_PATIENCE)? {
-                Heard::Line(Response::Ok) => {}
-                Heard::Line(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
-                Heard::Line(Response::Banner { .. }) => return Err(self.restarted(during)),
-                Heard::Line(Response::Error(code)) => last = refused(code),
+                Some(Response::Ok) => {}
+                Some(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
+                Some(Response::Banner { .. }) => return Err(self.restarted(during)),
+                Some(Response::Error(code)) => last = refused(code),
                 // Its end may be lost: an empty line completes it.
-                Heard::Line(_) | Heard::Nothing => self.lines.send_line("")?,
+                Some(_) | None => self.lines.send_line("")?,
             }
             let Some(origin_mm) = self.origin(during)? else { continue };
             let off_mm = |of: usize, mm: f64| {
@@ -112,11 +111,11 @@ impl GrblAxis {
         let letter = self.options.axis.letter();
         self.lines.send_line(&format!("$J={letter}.0G90G21F{FULL_FEED}"))?;
         let refusal = match self.lines.answer(REPLY_PATIENCE)? {
-            Heard::Line(Response::Ok) => return Ok(Ordered::Accepted),
-            Heard::Line(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
-            Heard::Line(Response::Banner { .. }) => return Err(self.restarted(during)),
-            Heard::Line(Response::Error(code)) => refused(code),
-            Heard::Line(_) | Heard::Nothing => {
+            Some(Response::Ok) => return Ok(Ordered::Accepted),
+            Some(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
+            Some(Response::Banner { .. }) => return Err(self.restarted(during)),
+            Some(Response::Error(code)) => refused(code),
+            Some(_) | None => {
                 self.lines.send_line("")?;
                 no_answer(&self.lines, "$J", REPLY_PATIENCE)
             }

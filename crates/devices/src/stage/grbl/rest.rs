@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use super::GrblAxis;
 use super::connect::{no_answer, reset};
-use super::lines::Heard;
 use super::protocol::{BOOT_PATIENCE, EXCHANGES, STATUS_PATIENCE, STATUS_QUERY};
 use super::response::{Response, State, Status};
 use super::texts::alarm_text;
@@ -37,7 +36,7 @@ impl GrblAxis {
     ) -> Result<Option<Status>, StageError> {
         self.lines.send_byte(STATUS_QUERY)?;
         let until = self.lines.now() + patience;
-        while let Heard::Line(response) = self.lines.next(until.saturating_sub(self.lines.now()))? {
+        while let Some(response) = self.lines.next(until)? {
             match response {
                 Response::Status(status) => return Ok(Some(status)),
                 Response::Alarm(code) => return Err(self.alarm(code, during)?),
@@ -69,26 +68,24 @@ impl GrblAxis {
             }
         }
         self.stop_motion(Urgency::Soon)?;
-        Err(StageError::TooSlow { during: during.to_owned(), patience_s: BOOT_PATIENCE.as_secs_f64() })
+        Err(StageError::too_slow(during, BOOT_PATIENCE))
     }
 
     /// Refuses states in which no command is obeyed.
     fn usable(&mut self, rest: Rest, during: &str) -> Result<Rest, StageError> {
         let fault = match rest.state {
             State::Idle => return Ok(rest),
-            State::Hold { .. } => return Err(self.held(&rest)),
+            State::Hold { .. } => {
+                let machine_mm = rest.machine_mm.get(self.options.axis.index());
+                return Err(StageError::Held { position_mm: machine_mm.and_then(|mm| self.place_mm(*mm)) });
+            }
             State::Alarm => "it is locked, as after a restart or an alarm; home it",
             State::Door { .. } => "its safety door is open; close it, then home it",
             State::Check => "it is in check mode, in which nothing moves; home it",
             State::Sleep => "it sleeps, and its motors have no current; home it",
             State::Run | State::Jog | State::Home => "it moves by itself; home it",
         };
-        Err(StageError::Fault { during: during.to_owned(), fault: fault.to_owned() })
-    }
-
-    fn held(&self, rest: &Rest) -> StageError {
-        let place_mm = rest.machine_mm.get(self.options.axis.index()).and_then(|mm| self.place_mm(*mm));
-        StageError::Held { position_mm: place_mm }
+        Err(StageError::fault(during, fault))
     }
 
     /// A machine coordinate in mm from home; `None` if it is not homed.
@@ -111,9 +108,6 @@ impl GrblAxis {
     pub(super) fn alarm(&mut self, code: u8, during: &str) -> Result<StageError, StageError> {
         self.is_homed = false;
         reset(&mut self.lines)?;
-        Ok(StageError::Fault {
-            during: during.to_owned(),
-            fault: format!("{} (ALARM:{code})", alarm_text(code)),
-        })
+        Ok(StageError::fault(during, format!("{} (ALARM:{code})", alarm_text(code))))
     }
 }

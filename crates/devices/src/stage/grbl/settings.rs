@@ -91,66 +91,53 @@ impl Settings {
         port: &str,
     ) -> Result<AxisSettings, StageError> {
         let offset = axis.index() as u8;
-        let unsuitable =
-            |what: String, remedy: String| StageError::Unsuitable { port: port.to_owned(), what, remedy };
+        let unsuitable = |what: String, remedy: &str| StageError::unsuitable(port, what, remedy);
         let number = |number: u8| {
-            let missing = || {
-                unsuitable(
-                    format!("it does not report its setting ${number}"),
-                    "GRBL 1.1 does, so its firmware is another one: choose another --driver, or put GRBL \
-                     1.1 on it"
-                        .to_owned(),
-                )
-            };
-            self.get(number).ok_or_else(missing)
+            let missing = format!("it does not report its setting ${number}");
+            let remedy = "GRBL 1.1 does, so its firmware is another one: choose another --driver, or put GRBL 1.1 on it";
+            self.get(number).ok_or_else(|| unsuitable(missing, remedy))
         };
         let positive = |of: u8| {
             let value = number(of)?;
-            if value > 0.0 {
-                Ok(value)
-            } else {
-                Err(unsuitable(
-                    format!("its setting ${of} is {value}"),
-                    format!("set ${of} to the value of the machine with `epirig stage console`"),
-                ))
-            }
+            let remedy = format!("set ${of} to the value of the machine with `epirig stage console`");
+            let usable = (value > 0.0).then_some(value);
+            usable.ok_or_else(|| unsuitable(format!("its setting ${of} is {value}"), &remedy))
         };
         if number(HOMING)? == 0.0 {
             let remedy = format!("fit a limit switch and send ${HOMING}=1 with `epirig stage console`");
-            return Err(unsuitable(format!("homing is switched off (${HOMING}=0)"), remedy));
+            return Err(unsuitable(format!("homing is switched off (${HOMING}=0)"), &remedy));
         }
         if number(REPORT_INCHES)? != 0.0 {
             let what = format!("it reports inches, rounded to 2.5 um (${REPORT_INCHES}=1)");
-            return Err(unsuitable(what, format!("send ${REPORT_INCHES}=0 with `epirig stage console`")));
+            return Err(unsuitable(what, &format!("send ${REPORT_INCHES}=0 with `epirig stage console`")));
         }
         let mask = number(STATUS_MASK)? as u8;
         if mask & 1 == 0 {
             let what = format!("it reports work positions (${STATUS_MASK}={mask})");
-            return Err(unsuitable(
-                what,
-                format!("send ${STATUS_MASK}={} with `epirig stage console`", mask | 1),
-            ));
+            let remedy = format!("send ${STATUS_MASK}={} with `epirig stage console`", mask | 1);
+            return Err(unsuitable(what, &remedy));
         }
         let towards_negative = number(HOMING_TO_NEGATIVE)? as u8 >> offset & 1 == 1;
         let pull_off_mm = positive(PULL_OFF)?;
         let full_mm = positive(TRAVEL + offset)?;
         let steps_per_mm = positive(STEPS_PER_MM + offset)?;
-        let ends = Ends::new(full_mm, pull_off_mm, steps_per_mm, home, towards_negative);
+        let (home_steps, travel_steps) =
+            home_and_travel(full_mm, pull_off_mm, steps_per_mm, home, towards_negative);
         let settings = AxisSettings {
             kinematics: Kinematics {
                 velocity_mm_s: positive(RATE + offset)? / MINUTE_S,
                 acceleration_mm_s2: positive(ACCELERATION + offset)?,
                 step_mm: 1.0 / steps_per_mm,
             },
-            travel_mm: ends.travel_steps as f64 / steps_per_mm,
+            travel_mm: travel_steps as f64 / steps_per_mm,
             outwards: if towards_negative { 1 } else { -1 },
             steps_per_mm,
-            home_steps: ends.home_steps,
+            home_steps,
             half_steps_mm: self.half_steps_mm(),
             soft_limit_mm: full_mm,
             // Coordinates are negative, unless home is their origin.
             side: if home == HomeIs::Origin && towards_negative { 1.0 } else { -1.0 },
-            homing_s: self.homing_s()?,
+            homing_s: self.homing_s(),
             least_homing_s: MINUTE_S * pull_off_mm / positive(HOMING_FEED)?,
             mark: homed_mark(&self.facts(axis, home)),
             notes: self.notes(),
@@ -160,10 +147,7 @@ impl Settings {
         } else {
             let what =
                 format!("its travel (${}) is shorter than the pull-off (${PULL_OFF})", TRAVEL + offset);
-            Err(unsuitable(
-                what,
-                "set both to the values of the machine with `epirig stage console`".to_owned(),
-            ))
+            Err(unsuitable(what, "set both to the values of the machine with `epirig stage console`"))
         }
     }
 
@@ -200,11 +184,11 @@ impl Settings {
 
     /// Longest duration of homing: GRBL searches one and a half times the travel of each axis, the Z axis
     /// first.
-    fn homing_s(&self) -> Result<f64, StageError> {
+    fn homing_s(&self) -> f64 {
         let value = |number: u8| self.get(number).filter(|value| *value > 0.0).unwrap_or(1.0);
         let axes: f64 = (0..3).map(|axis| 1.5 * self.get(TRAVEL + axis).unwrap_or(0.0).max(0.0)).sum();
         let near = 4.0 * 5.0 * value(PULL_OFF);
-        Ok(MINUTE_S * (axes / value(HOMING_SEEK) + near / value(HOMING_FEED)))
+        MINUTE_S * (axes / value(HOMING_SEEK) + near / value(HOMING_FEED))
     }
 
     fn notes(&self) -> Vec<String> {
@@ -263,28 +247,27 @@ impl Readings {
     }
 }
 
-/// Home and the length of the travel, in whole steps.
-struct Ends {
-    home_steps: i64,
-    travel_steps: i64,
-}
-
-impl Ends {
-    /// As GRBL computes them, in single precision (`limits_go_home`, `system_check_travel_limits`).
-    fn new(full_mm: f64, pull_off_mm: f64, steps_per_mm: f64, home: HomeIs, towards_negative: bool) -> Self {
-        let (full, pull_off, steps_per) = (full_mm as f32, pull_off_mm as f32, steps_per_mm as f32);
-        let home_steps = match (home, towards_negative) {
-            (HomeIs::Origin, _) => 0,
-            (HomeIs::PullOff, true) => ((pull_off - full) * steps_per).round() as i64,
-            (HomeIs::PullOff, false) => (-pull_off * steps_per).round() as i64,
-        };
-        let full_steps = (full_mm * steps_per_mm + WHOLE_WITHIN).floor() as i64;
-        let travel_steps = match (home, towards_negative) {
-            (HomeIs::Origin, _) => ((full_mm - pull_off_mm) * steps_per_mm + WHOLE_WITHIN).floor() as i64,
-            (HomeIs::PullOff, true) => -home_steps,
-            (HomeIs::PullOff, false) => full_steps + home_steps,
-        };
-        Self { home_steps, travel_steps }
+/// Home and the length of the travel, in whole steps, as GRBL computes them in single precision
+/// (`limits_go_home`, `system_check_travel_limits`).
+fn home_and_travel(
+    full_mm: f64,
+    pull_off_mm: f64,
+    steps_per_mm: f64,
+    home: HomeIs,
+    towards_negative: bool,
+) -> (i64, i64) {
+    let (full, pull_off, steps_per) = (full_mm as f32, pull_off_mm as f32, steps_per_mm as f32);
+    let whole_steps = |mm: f64| (mm * steps_per_mm + WHOLE_WITHIN).floor() as i64;
+    match (home, towards_negative) {
+        (HomeIs::Origin, _) => (0, whole_steps(full_mm - pull_off_mm)),
+        (HomeIs::PullOff, true) => {
+            let home_steps = ((pull_off - full) * steps_per).round() as i64;
+            (home_steps, -home_steps)
+        }
+        (HomeIs::PullOff, false) => {
+            let home_steps = (-pull_off * steps_per).round() as i64;
+            (home_steps, whole_steps(full_mm) + home_steps)
+        }
     }
 }
 

@@ -96,8 +96,8 @@ impl Conversation {
         }
     }
 
-    pub(super) fn port(&self) -> String {
-        self.link.name().to_owned()
+    pub(super) fn port(&self) -> &str {
+        self.link.name()
     }
 
     pub(super) fn now(&self) -> Duration {
@@ -146,20 +146,12 @@ impl Conversation {
     fn silence(&self, asked: &str, patience: Duration) -> StageError {
         let port = self.port();
         if self.heard.is_empty() {
-            return StageError::NoAnswer {
-                port,
-                asked: asked.to_owned(),
-                patience_s: patience.as_secs_f64(),
-                hint: "whether its firmware is epirig's (else choose another --driver)",
-            };
+            let hint = "whether its firmware is epirig's (else choose another --driver)";
+            return StageError::no_answer(port, asked, patience, hint);
         }
         let text = String::from_utf8_lossy(&self.heard);
-        StageError::Foreign {
-            port,
-            expected: NAME,
-            heard: format!("it says \"{}\"", text.escape_default()),
-            hint: "check its firmware, or choose another --driver".to_owned(),
-        }
+        let says = format!("it says \"{}\"", text.escape_default());
+        StageError::foreign(port, NAME, says, "check its firmware, or choose another --driver")
     }
 
     fn try_to_ask(&mut self, request: Request) -> Result<Option<Reply>, StageError> {

@@ -10,26 +10,16 @@ use crate::stage::decode::Decoder;
 
 /// Frames of both sides.
 #[derive(Debug, Default)]
-pub(super) struct FrameDecoder {
-    host: Receiver,
-    device: Receiver,
-}
+pub(super) struct FrameDecoder([Receiver; 2]);
 
 impl Decoder for FrameDecoder {
     fn push(&mut self, side: Side, bytes: &[u8]) -> Vec<String> {
-        let receiver = match side {
-            Side::Host => &mut self.host,
-            Side::Device => &mut self.device,
-        };
+        let receiver = &mut self.0[side as usize];
         bytes.iter().filter_map(|byte| event_text(side, receiver.push(*byte)?)).collect()
     }
 
     fn unfinished(&self, side: Side) -> Option<String> {
-        let receiver = match side {
-            Side::Host => &self.host,
-            Side::Device => &self.device,
-        };
-        let count = receiver.pending();
+        let count = self.0[side as usize].pending();
         (count > 0).then(|| format!("unfinished: {count} bytes without a delimiter"))
     }
 }

@@ -1,7 +1,5 @@
 //! Registration of the native driver.
 
-use std::sync::{Arc, Mutex};
-
 use firmware_protocol::message::Settings as Motion;
 
 use super::conversation::{hello, is_of_native};
@@ -66,12 +64,6 @@ impl StageDriver for Native {
     fn simulated(&self, faults: FaultScript, boot: u32) -> Option<SimulatedStage> {
         let device = NativeDevice::new(faults).at_boot(boot);
         let plant = device.plant();
-        Some(SimulatedStage {
-            device: Arc::new(Mutex::new(device)),
-            plant,
-            mm_from_home: NativeDevice::mm_from_home,
-            step_mm: NativeDevice::STEP_MM,
-            settings: Settings::default(),
-        })
+        Some(SimulatedStage::new(device, plant, NativeDevice::mm_from_home, NativeDevice::STEP_MM))
     }
 }

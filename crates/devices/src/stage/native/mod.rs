@@ -98,12 +98,9 @@ impl NativeAxis {
     fn meet(&mut self, identity: Identity) -> Result<(), StageError> {
         self.identity = identity;
         if identity.version != PROTOCOL_VERSION {
-            return Err(StageError::Foreign {
-                port: self.conversation.port(),
-                expected: NAME,
-                heard: format!("its firmware speaks version {} of the protocol", identity.version),
-                hint: format!("this epirig speaks version {PROTOCOL_VERSION}: update the older of the two"),
-            });
+            let heard = format!("its firmware speaks version {} of the protocol", identity.version);
+            let hint = format!("this epirig speaks version {PROTOCOL_VERSION}: update the older of the two");
+            return Err(StageError::foreign(self.conversation.port(), NAME, heard, hint));
         }
         let request = self.options.settings.map_or(Request::ReadSettings, Request::WriteSettings);
         let mut reply = self.conversation.ask(request)?;
@@ -134,12 +131,11 @@ impl NativeAxis {
     fn unexpected(&self, request: Request, reply: Reply) -> StageError {
         match reply {
             Reply::Refused(refusal) => StageError::Refused { reason: refusal_text(refusal).to_owned() },
-            other => StageError::Foreign {
-                port: self.conversation.port(),
-                expected: NAME,
-                heard: format!("{other:?} to {request:?}"),
-                hint: "its firmware violates the protocol: update it".to_owned(),
-            },
+            other => {
+                let heard = format!("{other:?} to {request:?}");
+                let hint = "its firmware violates the protocol: update it";
+                StageError::foreign(self.conversation.port(), NAME, heard, hint)
+            }
         }
     }
 
@@ -213,10 +209,10 @@ impl NativeAxis {
         self.wait(during, id, patience)?;
         let status = self.status_of_this_boot(during)?;
         match status.outcome {
-            _ if status.operation != id => Err(StageError::Fault {
-                during: during.to_owned(),
-                fault: "another program sends commands; end that program and home it".to_owned(),
-            }),
+            _ if status.operation != id => {
+                let fault = "another program sends commands; end that program and home it";
+                Err(StageError::fault(during, fault))
+            }
             Outcome::Done if self.stop.pressed().is_none() => Ok(status),
             _ if status.fault == Fault::EmergencyStop && self.stop.pressed().is_some() => {
                 Err(StageError::Stopped { position_mm: None })
@@ -224,10 +220,7 @@ impl NativeAxis {
             Outcome::Done | Outcome::Stopped => {
                 Err(StageError::Stopped { position_mm: position_mm(&status) })
             }
-            _ => Err(StageError::Fault {
-                during: during.to_owned(),
-                fault: fault_text(status.fault).to_owned(),
-            }),
+            _ => Err(StageError::fault(during, fault_text(status.fault))),
         }
     }
 
@@ -266,7 +259,7 @@ impl NativeAxis {
             }
         }
         self.stop()?;
-        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
+        Err(StageError::too_slow(during, patience))
     }
 }
 
@@ -283,7 +276,7 @@ impl Axis for NativeAxis {
             description: format!(
                 "epirig stage, protocol {version}, build {build}, {steps_per_mm} steps/mm, {travel_mm} mm"
             ),
-            port: Some(self.conversation.port()),
+            port: Some(self.conversation.port().to_owned()),
         }
     }
 
@@ -324,9 +317,11 @@ impl Axis for NativeAxis {
         let status = self.operate("while homing", 0, patience, |id| Request::Home { id })?;
         self.was_left_alone = false;
         Ok(Homed {
-            position_mm: position_mm(&status).ok_or_else(|| StageError::Fault {
-                during: "while homing".to_owned(),
-                fault: "it reports the end of homing without a position; home it again".to_owned(),
+            position_mm: position_mm(&status).ok_or_else(|| {
+                StageError::fault(
+                    "while homing",
+                    "it reports the end of homing without a position; home it again",
+                )
             })?,
             shift_mm: before.homed.then_some(status.home_shift_nm as f64 / NM_PER_MM),
         })
@@ -372,7 +367,7 @@ impl Axis for NativeAxis {
             self.conversation.finished(self.identity.last_operation, self.heartbeat())?;
         }
         self.conversation.emergency_stop()?;
-        Err(StageError::TooSlow { during: "stopping".to_owned(), patience_s: patience.as_secs_f64() })
+        Err(StageError::too_slow("stopping", patience))
     }
 
     fn stop_switch(&self) -> StopSwitch {

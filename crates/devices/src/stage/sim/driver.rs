@@ -1,9 +1,7 @@
 //! Registration of the stage in memory.
 
 use super::{NAME, SimAxis, SimStageConfig};
-use crate::stage::decode::Decoder;
 use crate::stage::keys::{ACCELERATION, VELOCITY};
-use crate::stage::simulator::{FaultScript, SimulatedStage};
 use crate::stage::{Axis, Connection, StageDriver, StageError};
 use epirig_core::settings::quantity::{MM, UM};
 use epirig_core::settings::{Allowed, Key, Kind, Settings};
@@ -73,25 +71,14 @@ impl StageDriver for Simulated {
         vec![&TRAVEL, &VELOCITY, &ACCELERATION, &POSITION_NOISE, &BACKLASH]
     }
 
-    fn has_line(&self) -> bool {
-        false
-    }
-
     fn connect(
         &self,
         connection: &mut Connection<'_>,
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError> {
         let config = SimStageConfig::of_settings(settings, connection.seed);
-        let axis = SimAxis::seen_through(config, connection.watch.clone()).found_again();
-        Ok(Box::new(if connection.in_real_time { axis.in_real_time() } else { axis }))
-    }
-
-    fn decoder(&self) -> Option<Box<dyn Decoder>> {
-        None
-    }
-
-    fn simulated(&self, _faults: FaultScript, _boot: u32) -> Option<SimulatedStage> {
-        None
+        let mut axis = SimAxis::seen_through(config, connection.watch.clone()).found_again();
+        axis.in_real_time = connection.in_real_time;
+        Ok(Box::new(axis))
     }
 }

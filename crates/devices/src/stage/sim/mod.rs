@@ -92,12 +92,7 @@ pub struct SimAxis {
     config: SimStageConfig,
     random: ChaCha8Rng,
     homed: bool,
-    /// Position of the motor, which the stage reports, in mm.
-    motor_mm: f64,
-    /// Position of the nut without drift and noise, in mm.
-    nut_mm: f64,
-    /// Total slip since homing, in mm.
-    slipped_mm: f64,
+    screw: Screw,
     elapsed: Duration,
     carriage: StagePosition,
     stop: StopSwitch,
@@ -106,8 +101,7 @@ pub struct SimAxis {
 
 /// The state of an axis at the start of a move.
 struct Start {
-    motor_mm: f64,
-    slipped_mm: f64,
+    screw: Screw,
     elapsed: Duration,
 }
 
@@ -152,9 +146,7 @@ impl SimAxis {
             random: ChaCha8Rng::seed_from_u64(config.seed),
             config,
             homed: false,
-            motor_mm: 0.0,
-            nut_mm: 0.0,
-            slipped_mm: 0.0,
+            screw: Screw::default(),
             elapsed: watch.elapsed(),
             carriage: watch,
             stop: StopSwitch::default(),
@@ -162,32 +154,24 @@ impl SimAxis {
         }
     }
 
-    /// The same, whose moves take real time.
-    pub fn in_real_time(self) -> Self {
-        Self { in_real_time: true, ..self }
-    }
-
     /// The same, as its watchers' former stage was left: a machine that was homed stays so when it is connected
     /// again.
     fn found_again(self) -> Self {
         match self.carriage.left() {
             None => self,
-            Some(Screw { motor_mm, nut_mm, slipped_mm }) => {
-                Self { homed: true, motor_mm, nut_mm, slipped_mm, ..self }
-            }
+            Some(screw) => Self { homed: true, screw, ..self },
         }
     }
 
     /// Keeps how the machine stands now, for the next connection.
     fn leave(&self) {
-        let Self { motor_mm, nut_mm, slipped_mm, .. } = *self;
-        self.carriage.leave(self.homed.then_some(Screw { motor_mm, nut_mm, slipped_mm }));
+        self.carriage.leave(self.homed.then_some(self.screw));
     }
 
     /// Moves to a position of the motor; if that is stopped on its way, returns how urgent the stop was.
     fn turn_to(&mut self, motor_mm: f64) -> Option<Urgency> {
-        let start = Start { motor_mm: self.motor_mm, slipped_mm: self.slipped_mm, elapsed: self.elapsed };
-        let distance_mm = motor_mm - start.motor_mm;
+        let start = Start { screw: self.screw, elapsed: self.elapsed };
+        let distance_mm = motor_mm - start.screw.motor_mm;
         let slips = distance_mm != 0.0
             && self.config.slip_probability > 0.0
             && self.random.random_bool(self.config.slip_probability.min(1.0));
@@ -206,7 +190,7 @@ impl SimAxis {
 
     /// Follows the course of a move in real time; the carriage can be watched, and the stop switch is obeyed.
     fn follow(&mut self, start: &Start, motor_mm: f64, slip_mm: f64) -> End {
-        let course = Course::new(&Axis::kinematics(self), start.motor_mm, motor_mm);
+        let course = Course::new(&Axis::kinematics(self), start.screw.motor_mm, motor_mm);
         let (stop, began) = (self.stop.clone(), Instant::now());
         let wait = |time| {
             std::thread::sleep(time);
@@ -215,7 +199,7 @@ impl SimAxis {
         let pass = |at_mm, time| {
             self.turn(start, at_mm, slip_mm);
             let elapsed = start.elapsed.saturating_add(time);
-            self.carriage.set(self.nut_mm + self.drift_um(elapsed) / UM_PER_MM, elapsed);
+            self.carriage.set(self.screw.nut_mm + self.drift_um(elapsed) / UM_PER_MM, elapsed);
         };
         let end = course.follow(&stop, wait, pass);
         // A motor stands still at a step.
@@ -224,11 +208,11 @@ impl SimAxis {
 
     /// Turns the motor in a move, which loses a distance at its start; the nut follows after the backlash.
     fn turn(&mut self, start: &Start, motor_mm: f64, slip_mm: f64) {
-        let distance_mm = motor_mm - start.motor_mm;
-        self.slipped_mm = start.slipped_mm - slip_mm.min(distance_mm.abs()) * distance_mm.signum();
-        self.motor_mm = motor_mm;
-        let screw_mm = motor_mm + self.slipped_mm;
-        self.nut_mm = self.nut_mm.clamp(screw_mm, screw_mm + self.config.backlash_um / UM_PER_MM);
+        let distance_mm = motor_mm - start.screw.motor_mm;
+        let slipped_mm = start.screw.slipped_mm - slip_mm.min(distance_mm.abs()) * distance_mm.signum();
+        let screw_mm = motor_mm + slipped_mm;
+        let nut_mm = self.screw.nut_mm.clamp(screw_mm, screw_mm + self.config.backlash_um / UM_PER_MM);
+        self.screw = Screw { motor_mm, nut_mm, slipped_mm };
     }
 
     fn to_step(&self, position_mm: f64) -> f64 {
@@ -245,7 +229,7 @@ impl SimAxis {
         let noise: f64 =
             if self.config.position_noise_um > 0.0 { self.random.sample(StandardNormal) } else { 0.0 };
         let astray_um = self.drift_um(self.elapsed) + self.config.position_noise_um * noise;
-        self.carriage.set(self.nut_mm + astray_um / UM_PER_MM, self.elapsed);
+        self.carriage.set(self.screw.nut_mm + astray_um / UM_PER_MM, self.elapsed);
         self.leave();
     }
 }
@@ -287,29 +271,32 @@ impl Axis for SimAxis {
             self.leave();
             return Err(StageError::Stopped { position_mm: None });
         }
-        let shift_mm = self.homed.then_some(-self.slipped_mm);
-        (self.motor_mm, self.nut_mm, self.slipped_mm) = (0.0, 0.0, 0.0);
-        self.homed = true;
+        let shift_mm = self.homed.then_some(-self.screw.slipped_mm);
+        (self.screw, self.homed) = (Screw::default(), true);
         self.settle();
         Ok(Homed { position_mm: 0.0, shift_mm })
     }
 
     fn position_at_rest_mm(&mut self, _during: &str) -> Result<Option<f64>, StageError> {
-        Ok(self.homed.then_some(self.motor_mm))
+        Ok(self.homed.then_some(self.screw.motor_mm))
     }
 
     fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {
         let Some(urgency) = self.turn_to(self.to_step(motion.target_mm)) else {
-            return Ok(Some(self.motor_mm));
+            return Ok(Some(self.screw.motor_mm));
         };
         // Without a ramp steps may be lost.
         self.homed &= urgency == Urgency::Soon;
         self.leave();
-        Err(StageError::Stopped { position_mm: self.homed.then_some(self.motor_mm) })
+        Err(StageError::Stopped { position_mm: self.homed.then_some(self.screw.motor_mm) })
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {
-        Ok(StageState { position_mm: self.homed.then_some(self.motor_mm), moving: false, at_limit: false })
+        Ok(StageState {
+            position_mm: self.homed.then_some(self.screw.motor_mm),
+            moving: false,
+            at_limit: false,
+        })
     }
 
     fn stop(&mut self) -> Result<(), StageError> {

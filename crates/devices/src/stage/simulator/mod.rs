@@ -20,16 +20,18 @@
 //! # Ok::<(), epirig_devices::stage::StageError>(())
 //! ```
 
+mod body;
 mod grbl;
 mod native;
 mod plant;
 mod script;
 mod zaber;
 
+pub use body::{Body, TICK_HZ};
 pub use grbl::GrblDevice;
 pub use native::{Gate, NativeDevice};
 pub use plant::Plant;
-pub use script::{DeviceFault, FaultScript, Mishap, Troubles};
+pub use script::{FaultScript, Mishap, Troubles};
 pub use zaber::ZaberDevice;
 
 use std::sync::{Arc, Mutex};
@@ -51,22 +53,15 @@ pub struct SimulatedStage {
     pub settings: Settings,
 }
 
-/// Time steps of a simulated device, per second.
-pub const TICK_HZ: u32 = 10_000;
-
-/// Converts time to ticks of [`TICK_HZ`].
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Ticks {
-    leftover_ns: u64,
-}
-
-impl Ticks {
-    const NS: u64 = 1_000_000_000 / TICK_HZ as u64;
-
-    /// The whole ticks in `time` plus the former remainder.
-    pub fn pass(&mut self, time: std::time::Duration) -> u64 {
-        let total = self.leftover_ns + u64::try_from(time.as_nanos()).unwrap_or(u64::MAX / 2);
-        self.leftover_ns = total % Self::NS;
-        total / Self::NS
+impl SimulatedStage {
+    /// A device whose driver needs no settings.
+    pub fn new(
+        device: impl SimulatedDevice + 'static,
+        plant: Plant,
+        mm_from_home: fn(i64) -> f64,
+        step_mm: f64,
+    ) -> Self {
+        let settings = Settings::default();
+        Self { device: Arc::new(Mutex::new(device)), plant, mm_from_home, step_mm, settings }
     }
 }

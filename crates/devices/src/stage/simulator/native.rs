@@ -5,8 +5,7 @@ use std::time::Duration;
 use firmware_protocol::axis::{Axis, Way};
 use firmware_protocol::device::{Build, Device};
 
-use super::script::{Mishap, Troubles};
-use super::{FaultScript, Plant, TICK_HZ, Ticks};
+use super::{Body, FaultScript, Mishap, Plant, TICK_HZ};
 use crate::link::SimulatedDevice;
 
 /// A stage with 250 steps/mm and a travel of 200 mm, like the build for the Uno.
@@ -28,11 +27,8 @@ pub struct NativeDevice {
     device: Device,
     axis: Axis,
     boot_id: u32,
-    plant: Plant,
-    troubles: Troubles,
+    body: Body,
     operating: bool,
-    ticks: Ticks,
-    sent: Vec<u8>,
     may_rest: Option<Gate>,
 }
 
@@ -51,19 +47,13 @@ impl NativeDevice {
 
     /// A stage that has just booted, with scripted faults.
     pub fn new(script: FaultScript) -> Self {
-        let troubles = Troubles::new(script);
-        let plant = Plant::new(LOW_SWITCH_AT, HIGH_SWITCH_AT);
-        plant.set_switches_work(troubles.switches_work());
         Self {
             build: BUILD,
             device: Device::new(BUILD, FIRST_BOOT),
             axis: Axis::new(),
             boot_id: FIRST_BOOT,
-            plant,
-            troubles,
+            body: Body::new(script, LOW_SWITCH_AT, HIGH_SWITCH_AT),
             operating: false,
-            ticks: Ticks::default(),
-            sent: Vec::new(),
             may_rest: None,
         }
     }
@@ -77,7 +67,7 @@ impl NativeDevice {
 
     /// The carriage and its switches.
     pub fn plant(&self) -> Plant {
-        self.plant.clone()
+        self.body.plant.clone()
     }
 
     /// From now on the motor waits before the last step of a motion until `gate` returns `true`. The device
@@ -99,28 +89,21 @@ impl NativeDevice {
         self.operating = false;
     }
 
-    fn say(&mut self, bytes: &[u8]) {
-        if !self.troubles.muted() && self.troubles.connected() {
-            self.sent.extend_from_slice(bytes);
-        }
-    }
-
     /// Counts moves: operations that begin while the axis is homed. Homing is not counted.
     fn mind_the_operation(&mut self) {
         let snapshot = self.axis.snapshot();
         if snapshot.moving && !self.operating && snapshot.homed {
-            self.troubles.move_begins();
-            self.plant.set_stalled(self.troubles.no_motion());
+            self.body.move_begins();
         }
         if !snapshot.moving && self.operating {
-            self.troubles.move_ends();
+            self.body.troubles.move_ends();
         }
         self.operating = snapshot.moving;
     }
 
     fn tick(&mut self) {
         let mut next = self.axis.clone();
-        let step = next.tick(self.plant.limits());
+        let step = next.tick(self.body.plant.limits());
         let ends = self.axis.snapshot().moving && !next.snapshot().moving;
         if let Some(may_rest) = self.may_rest.as_mut().filter(|_| ends) {
             let ahead = match step {
@@ -128,54 +111,54 @@ impl NativeDevice {
                 Some(Way::Home) => -1,
                 None => 0,
             };
-            if !may_rest(self.plant.carriage_steps() + ahead) {
+            if !may_rest(self.body.plant.carriage_steps() + ahead) {
                 return;
             }
         }
         self.axis = next;
         if let Some(way) = step {
-            self.plant.step(way);
+            self.body.plant.step(way);
         }
     }
 }
 
 impl SimulatedDevice for NativeDevice {
     fn receive(&mut self, byte: u8) {
-        if !self.troubles.connected() {
+        if !self.body.troubles.connected() {
             return;
         }
         let reply = self.device.receive(byte, &mut self.axis);
         self.mind_the_operation();
         if let Some(frame) = reply {
-            self.say(frame.bytes());
+            self.body.say(frame.bytes());
         }
     }
 
     fn advance(&mut self, time: Duration) {
-        match self.troubles.advance(time) {
+        match self.body.troubles.advance(time) {
             Some(Mishap::Reset) => self.reset(),
             Some(Mishap::OtherSettings) => {
                 self.build.steps_per_mm += 1;
                 self.reset();
             }
-            Some(Mishap::LimitCloses) => self.plant.press_switches(true),
-            Some(Mishap::LimitOpens) => self.plant.press_switches(false),
+            Some(Mishap::LimitCloses) => self.body.plant.press_switches(true),
+            Some(Mishap::LimitOpens) => self.body.plant.press_switches(false),
             None => {}
         }
-        for _ in 0..self.ticks.pass(time) {
+        for _ in 0..self.body.ticks(time) {
             self.tick();
         }
         self.mind_the_operation();
         if let Some(frame) = self.device.poll(&mut self.axis) {
-            self.say(frame.bytes());
+            self.body.say(frame.bytes());
         }
     }
 
     fn take_sent(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.sent)
+        self.body.take_sent()
     }
 
     fn connected(&self) -> bool {
-        self.troubles.connected()
+        self.body.troubles.connected()
     }
 }

@@ -4,55 +4,49 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// A fault. Moves are counted from 1; homing does not count.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum DeviceFault {
+/// A kind of fault. Moves are counted from 1; homing does not count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
     /// No switch ever closes.
     SwitchNeverCloses,
     /// The carriage stands still from this move on, unnoticed by the stage. A GRBL stage reports at once that
     /// it has arrived; a native one counts its steps, and homing reveals the error.
-    NoMotion {
-        /// Number of the move.
-        from_move: u32,
-    },
+    NoMotion,
     /// Answers after this move are lost for a time.
-    Mute {
-        /// Number of the move.
-        after_move: u32,
-        /// Duration.
-        lasting: Duration,
-    },
+    Mute,
     /// The stage restarts in this move.
-    Reset {
-        /// Number of the move.
-        in_move: u32,
-        /// Time since the start of the move.
-        after: Duration,
-    },
+    Reset,
     /// The stage restarts in this move with another number of steps per mm: its settings were changed, or it
     /// has another controller.
-    OtherSettings {
-        /// Number of the move.
-        in_move: u32,
-        /// Time since the start of the move.
-        after: Duration,
-    },
+    OtherSettings,
     /// The cable is disconnected in this move, and connected again.
-    HangUp {
-        /// Number of the move.
-        in_move: u32,
-        /// Time since the start of the move.
-        after: Duration,
-        /// Time until it is connected again.
-        lasting: Duration,
-    },
+    HangUp,
     /// A limit switch closes for a second in this move.
-    LimitCloses {
-        /// Number of the move.
-        in_move: u32,
-        /// Time since the start of the move.
-        after: Duration,
-    },
+    LimitCloses,
+}
+
+/// The kind without a move.
+const SWITCH_NEVER_CLOSES: &str = "switch-never-closes";
+
+/// The kinds with a move: name, and whether there is a time since the start of the move, and a duration.
+const OF_MOVES: [(Kind, &str, bool, bool); 6] = [
+    (Kind::NoMotion, "no-motion", false, false),
+    (Kind::Mute, "mute", false, true),
+    (Kind::Reset, "reset", true, false),
+    (Kind::OtherSettings, "settings", true, false),
+    (Kind::HangUp, "hang-up", true, true),
+    (Kind::LimitCloses, "limit", true, false),
+];
+
+/// A fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct DeviceFault {
+    kind: Kind,
+    /// Number of the move.
+    in_move: u32,
+    /// Time since the start of the move.
+    after: Duration,
+    lasting: Duration,
 }
 
 /// The faults of a device.
@@ -64,36 +58,25 @@ pub enum DeviceFault {
 /// use epirig_devices::stage::simulator::FaultScript;
 ///
 /// let script: FaultScript = "reset@3+0.2s,hang-up@5+0.1s/1s".parse()?;
-/// assert_eq!(script.faults.len(), 2);
 /// assert_eq!(script.to_string(), "reset@3+0.2s,hang-up@5+0.1s/1s");
 /// # Ok::<(), String>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FaultScript {
-    /// The faults, in any order.
-    pub faults: Vec<DeviceFault>,
-}
-
-impl From<DeviceFault> for FaultScript {
-    fn from(fault: DeviceFault) -> Self {
-        Self { faults: vec![fault] }
-    }
+    /// In any order.
+    faults: Vec<DeviceFault>,
 }
 
 impl fmt::Display for DeviceFault {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let s = Duration::as_secs_f64;
-        match self {
-            Self::SwitchNeverCloses => write!(to, "switch-never-closes"),
-            Self::NoMotion { from_move } => write!(to, "no-motion@{from_move}"),
-            Self::Mute { after_move, lasting } => write!(to, "mute@{after_move}/{}s", s(lasting)),
-            Self::Reset { in_move, after } => write!(to, "reset@{in_move}+{}s", s(after)),
-            Self::OtherSettings { in_move, after } => write!(to, "settings@{in_move}+{}s", s(after)),
-            Self::HangUp { in_move, after, lasting } => {
-                write!(to, "hang-up@{in_move}+{}s/{}s", s(after), s(lasting))
-            }
-            Self::LimitCloses { in_move, after } => write!(to, "limit@{in_move}+{}s", s(after)),
+        let Some((_, name, after, lasting)) = OF_MOVES.iter().find(|(kind, ..)| *kind == self.kind) else {
+            return to.write_str(SWITCH_NEVER_CLOSES);
+        };
+        write!(to, "{name}@{}", self.in_move)?;
+        if *after {
+            write!(to, "+{}s", self.after.as_secs_f64())?;
         }
+        if *lasting { write!(to, "/{}s", self.lasting.as_secs_f64()) } else { Ok(()) }
     }
 }
 
@@ -126,25 +109,19 @@ fn parse_fault(text: &str) -> Result<DeviceFault, String> {
         let seconds = text.strip_suffix('s').and_then(|number| number.parse::<f64>().ok());
         seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
     };
-    if text == "switch-never-closes" {
-        return Ok(DeviceFault::SwitchNeverCloses);
+    let none = Duration::ZERO;
+    if text == SWITCH_NEVER_CLOSES {
+        return Ok(DeviceFault { kind: Kind::SwitchNeverCloses, in_move: 0, after: none, lasting: none });
     }
-    let (kind, rest) = text.split_once('@').ok_or_else(wrong)?;
+    let (name, rest) = text.split_once('@').ok_or_else(wrong)?;
     let (rest, lasting) = rest.split_once('/').map_or((rest, None), |(rest, time)| (rest, Some(time)));
     let (number, after) = rest.split_once('+').map_or((rest, None), |(number, time)| (number, Some(time)));
-    let number: u32 = number.parse().ok().filter(|number| *number > 0).ok_or_else(wrong)?;
-    let time = |text: Option<&str>| text.and_then(seconds).ok_or_else(wrong);
-    match (kind, after.is_some(), lasting.is_some()) {
-        ("no-motion", false, false) => Ok(DeviceFault::NoMotion { from_move: number }),
-        ("mute", false, true) => Ok(DeviceFault::Mute { after_move: number, lasting: time(lasting)? }),
-        ("reset", true, false) => Ok(DeviceFault::Reset { in_move: number, after: time(after)? }),
-        ("settings", true, false) => Ok(DeviceFault::OtherSettings { in_move: number, after: time(after)? }),
-        ("hang-up", true, true) => {
-            Ok(DeviceFault::HangUp { in_move: number, after: time(after)?, lasting: time(lasting)? })
-        }
-        ("limit", true, false) => Ok(DeviceFault::LimitCloses { in_move: number, after: time(after)? }),
-        _ => Err(wrong()),
-    }
+    let in_move: u32 = number.parse().ok().filter(|number| *number > 0).ok_or_else(wrong)?;
+    let is_it =
+        |of: &&(Kind, &str, bool, bool)| (of.1, of.2, of.3) == (name, after.is_some(), lasting.is_some());
+    let (kind, ..) = OF_MOVES.iter().find(is_it).ok_or_else(wrong)?;
+    let time = |text: Option<&str>| text.map_or(Some(none), seconds).ok_or_else(wrong);
+    Ok(DeviceFault { kind: *kind, in_move, after: time(after)?, lasting: time(lasting)? })
 }
 
 /// State of a script during its run.
@@ -182,7 +159,7 @@ impl Troubles {
 
     /// Whether the limit switches work.
     pub fn switches_work(&self) -> bool {
-        !self.script.faults.contains(&DeviceFault::SwitchNeverCloses)
+        self.script.faults.iter().all(|fault| fault.kind != Kind::SwitchNeverCloses)
     }
 
     /// Whether the output of the device is lost.
@@ -197,10 +174,8 @@ impl Troubles {
 
     /// Whether the active move has no effect.
     pub fn no_motion(&self) -> bool {
-        self.script
-            .faults
-            .iter()
-            .any(|fault| matches!(fault, DeviceFault::NoMotion { from_move } if self.moves >= *from_move))
+        let mut faults = self.script.faults.iter();
+        faults.any(|fault| fault.kind == Kind::NoMotion && self.moves >= fault.in_move)
     }
 
     /// Begins a move. Homing is not counted.
@@ -215,12 +190,9 @@ impl Troubles {
         if !std::mem::take(&mut self.moving) {
             return;
         }
-        for fault in &self.script.faults {
-            if let DeviceFault::Mute { after_move, lasting } = *fault
-                && after_move == self.moves
-            {
-                self.muted_for = lasting;
-            }
+        let of_this_move = |fault: &&DeviceFault| fault.kind == Kind::Mute && fault.in_move == self.moves;
+        if let Some(mute) = self.script.faults.iter().rfind(of_this_move) {
+            self.muted_for = mute.lasting;
         }
     }
 
@@ -239,23 +211,20 @@ impl Troubles {
         }
         let before = self.in_move;
         self.in_move += time;
-        let now =
-            |moved: u32, after: Duration| moved == self.moves && before <= after && after < self.in_move;
+        let now = |fault: &&DeviceFault| {
+            fault.in_move == self.moves && before <= fault.after && fault.after < self.in_move
+        };
         let mut mishap = None;
-        for fault in &self.script.faults {
-            match *fault {
-                DeviceFault::Reset { in_move, after } if now(in_move, after) => mishap = Some(Mishap::Reset),
-                DeviceFault::OtherSettings { in_move, after } if now(in_move, after) => {
-                    mishap = Some(Mishap::OtherSettings);
-                }
-                DeviceFault::LimitCloses { in_move, after } if now(in_move, after) => {
+        for fault in self.script.faults.iter().filter(now) {
+            match fault.kind {
+                Kind::Reset => mishap = Some(Mishap::Reset),
+                Kind::OtherSettings => mishap = Some(Mishap::OtherSettings),
+                Kind::LimitCloses => {
                     self.limit_for = LIMIT_CLOSED;
                     mishap = Some(Mishap::LimitCloses);
                 }
-                DeviceFault::HangUp { in_move, after, lasting } if now(in_move, after) => {
-                    self.unplugged_for = lasting;
-                }
-                _ => {}
+                Kind::HangUp => self.unplugged_for = fault.lasting,
+                Kind::SwitchNeverCloses | Kind::NoMotion | Kind::Mute => {}
             }
         }
         mishap

@@ -5,13 +5,11 @@ use std::time::Duration;
 use firmware_protocol::axis::Way;
 use firmware_protocol::ramp::{Ramp, Run};
 
-use super::script::{Mishap, Troubles};
-use super::{FaultScript, Plant, TICK_HZ, Ticks};
+use super::{Body, FaultScript, Mishap, Plant, TICK_HZ};
 use crate::link::SimulatedDevice;
 use crate::stage::zaber::checksum;
 
-/// Length of a microstep, in um.
-const MICROSTEP_UM: f64 = 0.49609375;
+const MICROSTEP_UM: f64 = ZaberDevice::MICROSTEP_UM;
 /// Position of the sensor, in microsteps from the start position of the carriage.
 const HOME_SENSOR_AT: i64 = -4000;
 const TRAVEL_MICROSTEPS: i64 = 302_362;
@@ -22,8 +20,7 @@ const LONGEST: usize = 120;
 
 /// A stage of 150 mm with a home sensor at its low end.
 pub struct ZaberDevice {
-    plant: Plant,
-    troubles: Troubles,
+    body: Body,
     position: i64,
     referenced: bool,
     stalled: bool,
@@ -35,8 +32,6 @@ pub struct ZaberDevice {
     homing: bool,
     checksums: bool,
     line: Vec<u8>,
-    ticks: Ticks,
-    sent: Vec<u8>,
 }
 
 impl Default for ZaberDevice {
@@ -47,7 +42,7 @@ impl Default for ZaberDevice {
 
 impl ZaberDevice {
     /// Length of a microstep of this stage, in um.
-    pub const MICROSTEP_UM: f64 = MICROSTEP_UM;
+    pub const MICROSTEP_UM: f64 = 0.49609375;
 
     /// Position of a carriage at `steps` of its [`Plant`], in mm from home.
     pub fn mm_from_home(steps: i64) -> f64 {
@@ -56,12 +51,8 @@ impl ZaberDevice {
 
     /// A stage after power-up, with scripted faults.
     pub fn new(script: FaultScript) -> Self {
-        let troubles = Troubles::new(script);
-        let plant = Plant::new(HOME_SENSOR_AT, TRAVEL_MICROSTEPS);
-        plant.set_switches_work(troubles.switches_work());
         Self {
-            plant,
-            troubles,
+            body: Body::new(script, HOME_SENSOR_AT, TRAVEL_MICROSTEPS),
             position: 0,
             referenced: false,
             stalled: false,
@@ -72,14 +63,12 @@ impl ZaberDevice {
             homing: false,
             checksums: false,
             line: Vec::new(),
-            ticks: Ticks::default(),
-            sent: Vec::new(),
         }
     }
 
     /// The carriage and its switches.
     pub fn plant(&self) -> Plant {
-        self.plant.clone()
+        self.body.plant.clone()
     }
 
     fn ramp() -> Option<Ramp> {
@@ -121,9 +110,7 @@ impl ZaberDevice {
         let id = id.map_or(String::new(), |id| format!("{id:02} "));
         let inside = format!("01 {axis} {id}{verdict} {state} {warning} {data}");
         let end = if self.checksums { format!(":{:02X}", checksum(&inside)) } else { String::new() };
-        if !self.troubles.muted() && self.troubles.connected() {
-            self.sent.extend(format!("@{inside}{end}\r\n").bytes());
-        }
+        self.body.say(format!("@{inside}{end}\r\n").as_bytes());
     }
 
     /// Number and names of active warnings, the highest priority first.
@@ -178,8 +165,7 @@ impl ZaberDevice {
                 }
                 // A command repeated while it runs has no effect.
                 if self.run.is_none() {
-                    self.troubles.move_begins();
-                    self.plant.set_stalled(self.troubles.no_motion());
+                    self.body.move_begins();
                 }
                 self.begin(target);
                 done
@@ -201,19 +187,19 @@ impl ZaberDevice {
     }
 
     fn tick(&mut self) {
-        if self.homing && self.plant.limits().home {
+        if self.homing && self.body.plant.limits().home {
             (self.homing, self.run, self.referenced, self.position) = (false, None, true, 0);
         }
         let Some((run, way)) = &mut self.run else { return };
         if run.tick() {
             self.position += if *way == Way::Out { 1 } else { -1 };
-            self.plant.step(*way);
+            self.body.plant.step(*way);
         }
         if run.finished() {
             self.run = None;
             // Known from its encoder, or the end of the search.
-            self.stalled = std::mem::take(&mut self.homing) || self.troubles.no_motion();
-            self.troubles.move_ends();
+            self.stalled = std::mem::take(&mut self.homing) || self.body.troubles.no_motion();
+            self.body.troubles.move_ends();
         }
     }
 }
@@ -234,7 +220,7 @@ fn addressed(text: &str) -> ([Option<u8>; 3], &str) {
 
 impl SimulatedDevice for ZaberDevice {
     fn receive(&mut self, byte: u8) {
-        if !self.troubles.connected() {
+        if !self.body.troubles.connected() {
             return;
         }
         match byte {
@@ -248,7 +234,7 @@ impl SimulatedDevice for ZaberDevice {
     }
 
     fn advance(&mut self, time: Duration) {
-        match self.troubles.advance(time) {
+        match self.body.troubles.advance(time) {
             Some(mishap @ (Mishap::Reset | Mishap::OtherSettings)) => {
                 self.resolution += u32::from(mishap == Mishap::OtherSettings);
                 (self.run, self.referenced, self.position, self.homing) = (None, false, 0, false);
@@ -258,17 +244,17 @@ impl SimulatedDevice for ZaberDevice {
             }
             Some(Mishap::LimitOpens) | None => {}
         }
-        for _ in 0..self.ticks.pass(time) {
+        for _ in 0..self.body.ticks(time) {
             self.tick();
         }
     }
 
     fn take_sent(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.sent)
+        self.body.take_sent()
     }
 
     fn connected(&self) -> bool {
-        self.troubles.connected()
+        self.body.troubles.connected()
     }
 }
 

@@ -1,7 +1,5 @@
 //! Registration of the Zaber driver.
 
-use std::sync::{Arc, Mutex};
-
 use super::message::{is_of_zaber, line_text};
 use super::{BAUD, NAME, ZaberAxis, ZaberOptions};
 use crate::stage::decode::{Decoder, LineDecoder};
@@ -70,15 +68,9 @@ impl StageDriver for Zaber {
 
     fn simulated(&self, faults: FaultScript, _boot: u32) -> Option<SimulatedStage> {
         let device = ZaberDevice::new(faults);
-        let plant = device.plant();
-        let mut settings = Settings::default();
-        settings.set(&MICROSTEP, Setting::Number(ZaberDevice::MICROSTEP_UM));
-        Some(SimulatedStage {
-            device: Arc::new(Mutex::new(device)),
-            plant,
-            mm_from_home: ZaberDevice::mm_from_home,
-            step_mm: ZaberDevice::MICROSTEP_UM / 1000.0,
-            settings,
-        })
+        let (plant, step_um) = (device.plant(), ZaberDevice::MICROSTEP_UM);
+        let mut stage = SimulatedStage::new(device, plant, ZaberDevice::mm_from_home, step_um / 1000.0);
+        stage.settings.set(&MICROSTEP, Setting::Number(step_um));
+        Some(stage)
     }
 }

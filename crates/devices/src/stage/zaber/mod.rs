@@ -150,13 +150,9 @@ impl ZaberAxis {
         self.options.microstep_um / UM_PER_MM
     }
 
-    fn port(&self) -> String {
-        self.link.name().to_owned()
-    }
-
     fn foreign(&self, heard: String) -> StageError {
-        let hint = "check its protocol (ASCII, 115200 baud), or choose another --driver".to_owned();
-        StageError::Foreign { port: self.port(), expected: NAME, heard, hint }
+        let hint = "check its protocol (ASCII, 115200 baud), or choose another --driver";
+        StageError::foreign(self.link.name(), NAME, heard, hint)
     }
 
     /// Sends a command to the axis, or to the whole device (0), until it is answered.
@@ -186,19 +182,17 @@ impl ZaberAxis {
             }
         }
         Err(match &self.heard {
-            Some(line) if line.starts_with('@') => StageError::Foreign {
-                port: self.port(),
-                expected: NAME,
-                heard: format!("its reply \"{}\" is damaged", line.escape_default()),
-                hint: "the line is noisy: check cable and earth".to_owned(),
-            },
+            Some(line) if line.starts_with('@') => {
+                let heard = format!("its reply \"{}\" is damaged", line.escape_default());
+                let hint = "the line is noisy: check cable and earth";
+                StageError::foreign(self.link.name(), NAME, heard, hint)
+            }
             Some(line) => self.foreign(format!("it says \"{}\"", line.escape_default())),
-            None => StageError::NoAnswer {
-                port: self.port(),
-                asked: if words.is_empty() { "status" } else { words }.to_owned(),
-                patience_s: (REPLY_PATIENCE * TRIES).as_secs_f64(),
-                hint: "whether it speaks Zaber ASCII at 115200 baud (else choose another --driver)",
-            },
+            None => {
+                let asked = if words.is_empty() { "status" } else { words };
+                let hint = "whether it speaks Zaber ASCII at 115200 baud (else choose another --driver)";
+                StageError::no_answer(self.link.name(), asked, REPLY_PATIENCE * TRIES, hint)
+            }
         })
     }
 
@@ -265,19 +259,14 @@ impl ZaberAxis {
                 return match (stopped, fault) {
                     // A motor that is stopped at once may slip.
                     (Some(Urgency::AtOnce), _) => Err(StageError::Stopped { position_mm: None }),
-                    (_, Some((text, warning))) => Err(StageError::Fault {
-                        during: during.to_owned(),
-                        fault: format!("{text} ({warning})"),
-                    }),
-                    (Some(Urgency::Soon), None) => Err(StageError::Stopped { position_mm: self.look()?.0 }),
-                    (None, None) if warnings.iter().any(|warning| warning == "NI") => {
-                        Err(StageError::Fault {
-                            during: during.to_owned(),
-                            fault:
-                                "something else interrupted it (NI); end the program that sends commands, then home it"
-                                    .to_owned(),
-                        })
+                    (_, Some((text, warning))) => {
+                        Err(StageError::fault(during, format!("{text} ({warning})")))
                     }
+                    (Some(Urgency::Soon), None) => Err(StageError::Stopped { position_mm: self.look()?.0 }),
+                    (None, None) if warnings.iter().any(|warning| warning == "NI") => Err(StageError::fault(
+                        during,
+                        "something else interrupted it (NI); end the program that sends commands, then home it",
+                    )),
                     (None, None) => Ok(()),
                 };
             }
@@ -286,13 +275,14 @@ impl ZaberAxis {
             self.next_line(until)?;
         }
         self.ask(self.options.axis, "stop")?;
-        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
+        Err(StageError::too_slow(during, patience))
     }
 }
 
 impl Axis for ZaberAxis {
     fn identity(&self) -> StageIdentity {
-        StageIdentity { driver: NAME, description: self.description.clone(), port: Some(self.port()) }
+        let port = Some(self.link.name().to_owned());
+        StageIdentity { driver: NAME, description: self.description.clone(), port }
     }
 
     fn travel_mm(&self) -> f64 {
@@ -328,9 +318,11 @@ impl Axis for ZaberAxis {
         self.ask(self.options.axis, "warnings clear")?;
         let patience = self.kinematics.patience(self.travel_mm).saturating_mul(4);
         self.operate("home", "while homing", patience)?;
-        let position_mm = self.look()?.0.ok_or_else(|| StageError::Fault {
-            during: "while homing".to_owned(),
-            fault: "it reports the end of homing without a reference; home it again".to_owned(),
+        let position_mm = self.look()?.0.ok_or_else(|| {
+            StageError::fault(
+                "while homing",
+                "it reports the end of homing without a reference; home it again",
+            )
         })?;
         Ok(Homed { position_mm, shift_mm: None })
     }

@@ -12,8 +12,7 @@ mod settings;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::script::{Mishap, Troubles};
-use super::{FaultScript, Plant, Ticks};
+use super::{Body, FaultScript, Mishap, Plant};
 use crate::link::SimulatedDevice;
 use modal::Modal;
 use motion::Motion;
@@ -65,8 +64,7 @@ enum Waiting {
 /// A simulated GRBL 1.1 controller with a simulated carriage.
 pub struct GrblDevice {
     table: Table,
-    plant: Plant,
-    troubles: Troubles,
+    body: Body,
     state: State,
     motion: Motion,
     waiting: Option<Waiting>,
@@ -82,16 +80,12 @@ pub struct GrblDevice {
     reset_hint_in: Option<Duration>,
     /// The line that caused an alarm is answered only at the reset.
     stale_ok: bool,
-    ticks: Ticks,
-    sent: Vec<u8>,
 }
 
 impl Default for GrblDevice {
     /// A stage of 60 mm with homing and limits, after power-up: locked until it is homed.
     fn default() -> Self {
-        let mut device = Self::factory(FaultScript::default());
-        device.fit_out();
-        device
+        Self::new(FaultScript::default())
     }
 }
 
@@ -108,20 +102,21 @@ impl GrblDevice {
     /// The stage of [`GrblDevice::default`], with scripted faults.
     pub fn new(script: FaultScript) -> Self {
         let mut device = Self::factory(script);
-        device.fit_out();
+        for (number, value) in
+            [(20, 1.0), (21, 1.0), (22, 1.0), (24, 100.0), (130, 60.0), (131, 10.0), (132, 10.0)]
+        {
+            device.table.set(number, value);
+        }
+        device.state = State::Alarm;
         device
     }
 
     /// A controller with GRBL's own defaults (`DEFAULTS_GENERIC`): no homing, no limits, motors without
     /// current at rest.
     pub fn factory(script: FaultScript) -> Self {
-        let troubles = Troubles::new(script);
-        let plant = Plant::new(LOW_SWITCH_AT, HIGH_SWITCH_AT);
-        plant.set_switches_work(troubles.switches_work());
         Self {
             table: Table::default(),
-            plant,
-            troubles,
+            body: Body::new(script, LOW_SWITCH_AT, HIGH_SWITCH_AT),
             state: State::Idle,
             motion: Motion::default(),
             waiting: None,
@@ -134,23 +129,12 @@ impl GrblDevice {
             booting: Some((BOOT, "")),
             reset_hint_in: None,
             stale_ok: false,
-            ticks: Ticks::default(),
-            sent: Vec::new(),
         }
-    }
-
-    fn fit_out(&mut self) {
-        for (number, value) in
-            [(20, 1.0), (21, 1.0), (22, 1.0), (24, 100.0), (130, 60.0), (131, 10.0), (132, 10.0)]
-        {
-            self.table.set(number, value);
-        }
-        self.state = State::Alarm;
     }
 
     /// The carriage and its switches.
     pub fn plant(&self) -> Plant {
-        self.plant.clone()
+        self.body.plant.clone()
     }
 
     /// Changes a setting, as another program does.
@@ -186,10 +170,7 @@ impl GrblDevice {
     }
 
     fn say(&mut self, line: &str) {
-        if !self.troubles.muted() && self.troubles.connected() {
-            self.sent.extend_from_slice(line.as_bytes());
-            self.sent.extend_from_slice(b"\r\n");
-        }
+        self.body.say(format!("{line}\r\n").as_bytes());
     }
 
     fn soft_reset(&mut self) {
@@ -277,7 +258,7 @@ impl GrblDevice {
             triple(self.motion.position_mm(&self.table)),
             self.motion.feed()
         );
-        let limits = self.plant.limits();
+        let limits = self.body.plant.limits();
         if limits.home || limits.far {
             text += "|Pn:X";
         }
@@ -300,9 +281,9 @@ impl GrblDevice {
     }
 
     fn tick(&mut self) {
-        let limits = self.plant.limits();
+        let limits = self.body.plant.limits();
         if self.state == State::Home {
-            match self.motion.homing_tick(&self.table, &self.plant, limits) {
+            match self.motion.homing_tick(&self.table, &self.body.plant, limits) {
                 None => {}
                 Some(Ok(())) => self.homed(),
                 Some(Err(alarm)) => self.alarm_and_boot(alarm),
@@ -312,7 +293,7 @@ impl GrblDevice {
         if self.motion.moving() && self.table.on(21) && (limits.home || limits.far) {
             return self.critical_alarm("ALARM:1");
         }
-        self.motion.tick(&self.plant);
+        self.motion.tick(&self.body.plant);
         if !self.motion.moving() {
             self.at_rest();
         }
@@ -331,7 +312,7 @@ impl GrblDevice {
     /// Motion has ended: a block is done, or there was none.
     fn at_rest(&mut self) {
         if matches!(self.state, State::Run | State::Jog) {
-            self.troubles.move_ends();
+            self.body.troubles.move_ends();
             if self.motion.queue_is_empty() {
                 self.state = State::Idle;
             }
@@ -363,8 +344,8 @@ impl GrblDevice {
             && let Some(jog) = self.motion.next_block(&self.table)
         {
             self.state = if jog { State::Jog } else { State::Run };
-            self.troubles.move_begins();
-            if self.troubles.no_motion() {
+            self.body.troubles.move_begins();
+            if self.body.troubles.no_motion() {
                 self.motion.pretend();
             }
         }
@@ -373,7 +354,7 @@ impl GrblDevice {
 
 impl SimulatedDevice for GrblDevice {
     fn receive(&mut self, byte: u8) {
-        if !self.troubles.connected() || self.booting.is_some() {
+        if !self.body.troubles.connected() || self.booting.is_some() {
             return;
         }
         if self.real_time(byte) {
@@ -389,15 +370,15 @@ impl SimulatedDevice for GrblDevice {
     }
 
     fn advance(&mut self, time: Duration) {
-        match self.troubles.advance(time) {
+        match self.body.troubles.advance(time) {
             Some(Mishap::Reset) => self.power_cycle(),
             Some(Mishap::OtherSettings) => {
                 // 251 instead of 250: so little that the picture does not show it.
                 self.change_setting(STEPS_PER_MM, self.table.get(STEPS_PER_MM) * 1.004);
                 self.power_cycle();
             }
-            Some(Mishap::LimitCloses) => self.plant.press_switches(true),
-            Some(Mishap::LimitOpens) => self.plant.press_switches(false),
+            Some(Mishap::LimitCloses) => self.body.plant.press_switches(true),
+            Some(Mishap::LimitOpens) => self.body.plant.press_switches(false),
             None => {}
         }
         if let Some((left, first)) = self.booting {
@@ -419,7 +400,7 @@ impl SimulatedDevice for GrblDevice {
                 self.say("[MSG:Reset to continue]");
             }
         }
-        for _ in 0..self.ticks.pass(time) {
+        for _ in 0..self.body.ticks(time) {
             if self.booting.is_some() || self.state == State::Locked {
                 break;
             }
@@ -435,10 +416,10 @@ impl SimulatedDevice for GrblDevice {
     }
 
     fn take_sent(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.sent)
+        self.body.take_sent()
     }
 
     fn connected(&self) -> bool {
-        self.troubles.connected()
+        self.body.troubles.connected()
     }
 }
