@@ -60,7 +60,7 @@ impl StageDriver for Plain {
         connection: &mut Connection<'_>,
         _settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError> {
-        Ok(Box::new(PlainAxis::connect(connection.line(BAUD)?)?))
+        Ok(Box::new(PlainAxis::connect((connection.open_line)(BAUD)?)?))
     }
 
     fn decoder(&self) -> Option<Box<dyn Decoder>> {

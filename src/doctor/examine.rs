@@ -76,8 +76,15 @@ fn examine_parts(
         predicted: None,
     };
     let movable = go_to_start(stage, plan, &mut report.checks)?;
-    if !is_steady(camera.start(), &mut report.checks)? {
-        return Ok(report);
+    match camera.start() {
+        Ok(()) => {}
+        // A finding that ends the checks of the picture.
+        Err(error @ CameraError::Unsteady { .. }) => {
+            let advice = "make the picture steady first; the other checks of the picture were skipped";
+            report.checks.push(Check::new("steadiness", Verdict::Bad, error.to_string(), advice));
+            return Ok(report);
+        }
+        Err(error) => return Err(error.into()),
     }
     progress.advance(1);
     let view = look_at_picture(camera, plan, &mut report.checks)?;
@@ -108,20 +115,6 @@ fn go_to_start(
     let advice = "choose another start; checks that need moves were skipped";
     checks.push(Check::new("approach", verdict, finding, advice));
     Ok(verdict == Verdict::Good)
-}
-
-/// Whether the camera has started. An unsteady picture is a finding that ends the checks of the picture.
-fn is_steady(started: Result<(), CameraError>, checks: &mut Vec<Check>) -> Result<bool, DoctorError> {
-    match started {
-        Ok(()) => Ok(true),
-        Err(error @ CameraError::Unsteady { .. }) => {
-            let finding = error.to_string();
-            let advice = "make the picture steady first; the other checks of the picture were skipped";
-            checks.push(Check::new("steadiness", Verdict::Bad, finding, advice));
-            Ok(false)
-        }
-        Err(error) => Err(error.into()),
-    }
 }
 
 fn look_at_picture(

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::error::MotionError;
 use epirig_calibration::registration::{ShiftError, shift_between};
 use epirig_core::frame::Frame;
-use epirig_devices::camera::{Camera, TakenFrame};
+use epirig_devices::camera::Camera;
 use epirig_devices::stage::Stage;
 
 /// A movement of this size, in px, is measured to 1 % or better if there is texture, and stays within the
@@ -110,6 +110,5 @@ pub(super) fn measure_motion(
 /// A frame taken after the stage has come to rest.
 pub(super) fn look(camera: &mut dyn Camera, settle: Duration) -> Result<Frame, MotionError> {
     let at_rest = camera.now().after(settle);
-    let TakenFrame { frame, .. } = camera.grab_after(at_rest)?;
-    Ok(frame)
+    Ok(camera.grab_after(at_rest)?.frame)
 }

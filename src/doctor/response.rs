@@ -31,8 +31,7 @@ pub(super) fn exposure_response(
     let Some(value) = settable(control).filter(|value| value / 2 > control.minimum) else { return Ok(None) };
     let half = on_grid(control, value / 2);
     let shown = |value: i64| format!("{:.0} us", value as f64 * unit_us);
-    let trial = Trial { name: "exposure control", control, value, other: half };
-    trial.check(camera, &shown).map(Some)
+    trial(camera, "exposure control", control, value, half, &shown).map(Some)
 }
 
 /// Sets each gain that `settings` set to the farther end of its range, for a frame. None for a camera that
@@ -58,8 +57,8 @@ pub(super) fn gain_responses(
         if other == value {
             continue;
         }
-        let trial = Trial { name: "gain control", control, value, other };
-        checks.push(trial.check(camera, &|value| format!("{} = {value}", control.name))?);
+        let shown = |value| format!("{} = {value}", control.name);
+        checks.push(trial(camera, "gain control", control, value, other, &shown)?);
     }
     Ok(checks)
 }
@@ -75,67 +74,62 @@ fn on_grid(control: &Control, value: i64) -> i64 {
     control.minimum + (value - control.minimum) / step * step
 }
 
-/// Another value of a control, for a frame.
-struct Trial<'a> {
+/// What the picture shows of another value of a control. Whatever comes of it, the control is as it was, and
+/// the camera runs. `shown` names a value.
+fn trial(
+    camera: &mut dyn Camera,
     name: &'static str,
-    control: &'a Control,
-    /// The present value.
+    control: &Control,
     value: i64,
     other: i64,
-}
-
-impl Trial<'_> {
-    /// What the picture shows of it. Whatever comes of it, the control is as it was, and the camera runs.
-    /// `shown` names a value.
-    fn check(self, camera: &mut dyn Camera, shown: &dyn Fn(i64) -> String) -> Result<Check, CameraError> {
-        let Self { name, control, value, other } = self;
-        let (before, full_dn) = mean_dn(camera)?;
-        let tried = camera.set_control(&control.name, &other.to_string()).and_then(|_| mean_dn(camera));
-        camera.set_control(&control.name, &value.to_string())?;
-        let after = match tried {
-            Ok((after, _)) => after,
-            Err(CameraError::Substituted { asked, got, .. }) => {
-                return Ok(Check::new(
-                    name,
-                    Verdict::Warning,
-                    format!("asked for {asked}, the camera silently took {got}"),
-                    format!("not every {} is possible: read it back when you choose another", control.name),
-                ));
-            }
-            Err(error) => {
-                camera.start()?;
-                return Ok(Check::new(
-                    name,
-                    Verdict::Unknown,
-                    format!("there is no picture with {}: {error}", shown(other)),
-                    format!("see by hand whether {} does anything: `epirig camera set`", control.name),
-                ));
-            }
-        };
-        let finding = format!(
-            "with {} instead of {} the mean is {after:.1} DN instead of {before:.1} DN",
-            shown(other),
-            shown(value)
-        );
-        let (lesser, greater) = if other < value { (after, before) } else { (before, after) };
-        if lesser < (1.0 - CHANGE) * greater {
-            return Ok(Check::good(name, finding));
+    shown: &dyn Fn(i64) -> String,
+) -> Result<Check, CameraError> {
+    let (before, full_dn) = mean_dn(camera)?;
+    let tried = camera.set_control(&control.name, &other.to_string()).and_then(|_| mean_dn(camera));
+    camera.set_control(&control.name, &value.to_string())?;
+    let after = match tried {
+        Ok((after, _)) => after,
+        Err(CameraError::Substituted { asked, got, .. }) => {
+            return Ok(Check::new(
+                name,
+                Verdict::Warning,
+                format!("asked for {asked}, the camera silently took {got}"),
+                format!("not every {} is possible: read it back when you choose another", control.name),
+            ));
         }
-        // A white picture cannot become brighter.
-        if other > value && before > (1.0 - CHANGE) * full_dn {
-            return Ok(Check::new(name, Verdict::Unknown, finding, "give it less light"));
+        Err(error) => {
+            camera.start()?;
+            return Ok(Check::new(
+                name,
+                Verdict::Unknown,
+                format!("there is no picture with {}: {error}", shown(other)),
+                format!("see by hand whether {} does anything: `epirig camera set`", control.name),
+            ));
         }
-        Ok(Check::new(
-            name,
-            Verdict::Warning,
-            finding,
-            format!(
-                "{} does nothing, although it reads back as set: frames may differ in brightness; \
-                 switch off what is automatic (`epirig camera get`), or use another camera",
-                control.name
-            ),
-        ))
+    };
+    let finding = format!(
+        "with {} instead of {} the mean is {after:.1} DN instead of {before:.1} DN",
+        shown(other),
+        shown(value)
+    );
+    let (lesser, greater) = if other < value { (after, before) } else { (before, after) };
+    if lesser < (1.0 - CHANGE) * greater {
+        return Ok(Check::good(name, finding));
     }
+    // A white picture cannot become brighter.
+    if other > value && before > (1.0 - CHANGE) * full_dn {
+        return Ok(Check::new(name, Verdict::Unknown, finding, "give it less light"));
+    }
+    Ok(Check::new(
+        name,
+        Verdict::Warning,
+        finding,
+        format!(
+            "{} does nothing, although it reads back as set: frames may differ in brightness; \
+                 switch off what is automatic (`epirig camera get`), or use another camera",
+            control.name
+        ),
+    ))
 }
 
 /// Mean and full scale of a frame, in DN.

@@ -69,18 +69,15 @@ pub(super) fn repeatability(found: &Repeatability, relief_px: Option<f64>) -> Ch
     );
     let is_noise = found.sigma_px <= OVER_NOISE * found.noise_px;
     match relief_px {
-        Some(relief_px) if found.sigma_px > SHARE_OF_RELIEF * relief_px => Check::new(
-            NAME,
-            Verdict::Warning,
-            format!("{finding}; the relief makes {relief_px:.4} px"),
-            "look for play and loose screws, set stage.approach, or take more frames",
-        ),
-        None if !is_noise => Check::new(
-            NAME,
-            Verdict::Unknown,
-            finding,
-            "set target.relief and optics.distance to learn whether that is good enough",
-        ),
+        Some(relief_px) if found.sigma_px > SHARE_OF_RELIEF * relief_px => {
+            let finding = format!("{finding}; the relief makes {relief_px:.4} px");
+            let advice = "look for play and loose screws, set stage.approach, or take more frames";
+            Check::new(NAME, Verdict::Warning, finding, advice)
+        }
+        None if !is_noise => {
+            let advice = "set target.relief and optics.distance to learn whether that is good enough";
+            Check::new(NAME, Verdict::Unknown, finding, advice)
+        }
         _ => Check::good(NAME, finding),
     }
 }

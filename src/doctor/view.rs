@@ -35,11 +35,9 @@ impl View {
         for _ in 1..frames {
             let next = camera.grab_after(moment)?.frame;
             if !view.add(&next) {
-                return Err(CameraError::Substituted {
-                    camera: camera.identity().name(),
-                    asked: format!("{} x {}", view.columns(), view.sum.rows()),
-                    got: format!("{} x {}", next.columns(), next.rows()),
-                });
+                let asked = format!("{} x {}", view.columns(), view.sum.rows());
+                let got = format!("{} x {}", next.columns(), next.rows());
+                return Err(CameraError::substituted(&camera.identity().name(), asked, got));
             }
         }
         Ok(view)

@@ -36,26 +36,16 @@ impl Assessment {
         let bin_width_dn = (u32::from(frame.full_scale()) + 1) / bins as u32;
         let mut histogram = vec![0_u64; bins];
         let samples = frame.samples();
-        let mut count = |level: u16| {
+        let count = |level: u16| {
             if let Some(bin) = histogram.get_mut((u32::from(level) / bin_width_dn) as usize) {
                 *bin += 1;
             }
         };
-        let minimum_dn = match samples {
-            Samples::U8(values) => {
-                values.iter().for_each(|&value| count(value.into()));
-                values.iter().copied().min().unwrap_or(0).into()
-            }
-            Samples::U16(values) => {
-                values.iter().for_each(|&value| count(value));
-                values.iter().copied().min().unwrap_or(0)
-            }
+        let (minimum_dn, energy) = match samples {
+            Samples::U8(values) => least_and_energy(values, frame.columns(), count),
+            Samples::U16(values) => least_and_energy(values, frame.columns(), count),
         };
         let mean_dn = samples.mean();
-        let energy = match samples {
-            Samples::U8(values) => gradient_energy(values, frame.columns()),
-            Samples::U16(values) => gradient_energy(values, frame.columns()),
-        };
         Self {
             mean_dn,
             minimum_dn,
@@ -67,6 +57,17 @@ impl Assessment {
             focus: if mean_dn > 0.0 { energy / (mean_dn * mean_dn) } else { 0.0 },
         }
     }
+}
+
+/// Counts all samples; the least of them, and the mean squared gradient.
+fn least_and_energy<T: Copy + Into<u16> + Into<i32>>(
+    values: &[T],
+    columns: usize,
+    count: impl FnMut(u16),
+) -> (u16, f64) {
+    let levels = || values.iter().map(|&value| -> u16 { value.into() });
+    levels().for_each(count);
+    (levels().min().unwrap_or(0), gradient_energy(values, columns))
 }
 
 /// Mean squared gradient of the inner pixels, in DN2 per px2.

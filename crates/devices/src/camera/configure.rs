@@ -32,7 +32,9 @@ pub(super) fn configure(
         ));
     }
     let interval = set_rate(device, settings, &format, &camera)?;
-    let by_hand = asked_for(device, settings, &camera)?;
+    let controls = device.controls()?;
+    let by_name = |(name, _): &(String, String)| Ok(find_control(&camera, &controls, name)?.id);
+    let by_hand: Vec<u32> = settings.controls.iter().map(by_name).collect::<Result<_, CameraError>>()?;
     switch_automatics_off(device, &by_hand, &camera, &mut notes)?;
     let mut written = Vec::new();
     // Automatic controls come first: while one is on, what it controls cannot be set.
@@ -239,17 +241,6 @@ fn refuse_unlisted_rate(
     }
     let names: Vec<String> = rates.iter().map(|rate| format!("{rate:.3} Hz")).collect();
     Err(CameraError::not_offered(camera, format!("rate of {rate_hz} Hz in {format}"), names.join(", ")))
-}
-
-/// The controls that are set by name.
-fn asked_for(
-    device: &mut dyn VideoDevice,
-    settings: &CameraSettings,
-    camera: &str,
-) -> Result<Vec<u32>, CameraError> {
-    let controls = device.controls()?;
-    let ids = settings.controls.iter().map(|(name, _)| Ok(find_control(camera, &controls, name)?.id));
-    ids.collect()
 }
 
 /// Switches off automatic controls, except those that are set by name.

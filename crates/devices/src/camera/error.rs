@@ -268,7 +268,7 @@ impl CameraError {
     }
 
     /// The driver has set something else.
-    pub(super) fn substituted(camera: &str, asked: impl ToString, got: impl ToString) -> Self {
+    pub fn substituted(camera: &str, asked: impl ToString, got: impl ToString) -> Self {
         Self::Substituted { camera: camera.to_owned(), asked: asked.to_string(), got: got.to_string() }
     }
 

@@ -41,9 +41,7 @@ impl CameraIdentity {
         };
         traits(self) == traits(other)
     }
-}
 
-impl CameraIdentity {
     /// Whether nothing but the socket tells the two cameras apart. udev then gives one of them the name in
     /// `/dev/v4l/by-id`, whichever was connected last.
     pub(super) fn is_twin_of(&self, other: &Self) -> bool {

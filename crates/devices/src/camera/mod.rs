@@ -2,8 +2,8 @@
 //!
 //! [`Camera`] is the interface for the rest of the program. It gives frames that began after a given moment,
 //! each with the facts that certify it. [`CheckedCamera`] makes a camera of any [`VideoDevice`], which is a
-//! bare driver: `V4l2Device` for real cameras (on Linux), [`SimDevice`] for a simulated one, with scripted faults.
-//! [`ReplayCamera`] gives the frames of a sequence.
+//! bare driver: `V4l2Device` for real cameras (on Linux), [`SimDevice`] for a simulated one, with scripted
+//! faults. [`ReplayCamera`] gives the frames of a sequence.
 
 mod assess;
 mod automatic;

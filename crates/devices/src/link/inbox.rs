@@ -12,10 +12,10 @@ pub struct Inbox {
 }
 
 /// A line on which nothing comes for this time holds no answers to a former process.
-const QUIET: Duration = Duration::from_millis(30);
+pub(crate) const QUIET: Duration = Duration::from_millis(30);
 
 /// A device that never ceases is listened to for no longer.
-const DRAIN_PATIENCE: Duration = Duration::from_secs(1);
+pub(crate) const DRAIN_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Inbox {
     /// Discards what is on its way to the host, until the line is quiet.

@@ -22,6 +22,7 @@ use std::time::Duration;
 pub use choice::{PortChoice, PortFacts, UsbFacts, choose};
 pub use error::LinkError;
 pub use inbox::Inbox;
+pub(crate) use inbox::{DRAIN_PATIENCE, QUIET};
 #[cfg(unix)]
 pub use lock::{PortLock, holder};
 #[cfg(not(unix))]

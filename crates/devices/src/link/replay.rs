@@ -33,10 +33,6 @@ impl Replay {
     fn next_from_device(&mut self) -> Option<Entry> {
         self.unread.pop_front().or_else(|| self.entries.pop_front_if(|entry| entry.side == Side::Device))
     }
-
-    fn put_back(&mut self, entry: Entry) {
-        self.unread.push_front(entry);
-    }
 }
 
 impl Link for Replay {
@@ -68,7 +64,7 @@ impl Link for Replay {
             return Ok(0);
         };
         if entry.time > until {
-            self.put_back(entry);
+            self.unread.push_front(entry);
             self.now = until;
             return Ok(0);
         }
@@ -77,7 +73,7 @@ impl Link for Replay {
         buffer[..count].copy_from_slice(&entry.bytes[..count]);
         if count < entry.bytes.len() {
             entry.bytes.drain(..count);
-            self.put_back(entry);
+            self.unread.push_front(entry);
         }
         Ok(count)
     }

@@ -20,7 +20,8 @@ const READINGS: u32 = 6;
 /// - It moves only while the position is known: the device was homed, and no later fault has invalidated the
 ///   position ([`StageError::consequence`]).
 /// - Before a move the axis must be where the last move ended; otherwise something else has moved it.
-/// - A move ends at the commanded position, within the tolerance, and not sooner than velocity and acceleration allow.
+/// - A move ends at the commanded position, within the tolerance, and not sooner than velocity and
+///   acceleration allow.
 /// - With unidirectional approach every position is reached from below, so that backlash has no effect.
 ///
 /// ```
@@ -67,8 +68,8 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
         }
     }
 
-    /// The same with a tolerance: the largest distance of the reported from the commanded position, in mm, beyond
-    /// half a step and the rounding of the report.
+    /// The same with a tolerance: the largest distance of the reported from the commanded position, in mm,
+    /// beyond half a step and the rounding of the report.
     pub fn with_tolerance(self, tolerance_mm: f64) -> Self {
         Self { tolerance_mm, ..self }
     }
@@ -84,6 +85,11 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
             return Ok(());
         }
         Err(StageError::Stopped { position_mm: self.state()?.position_mm })
+    }
+
+    /// Device and seconds, for the log.
+    fn since(&self, began: Duration) -> (String, f64) {
+        (self.axis.identity().to_string(), self.axis.now().saturating_sub(began).as_secs_f64())
     }
 
     fn forget_position(&mut self) {
@@ -188,9 +194,7 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
         self.rest_mm = Some(reported_mm);
         check_move(self.tolerance_mm, &kinematics, from_mm, target_mm, reported_mm, took)
     }
-}
 
-impl<A: Axis + ?Sized> CheckedStage<A> {
     fn home_and_check(&mut self) -> Result<(), StageError> {
         self.refuse_if_stopped()?;
         (self.is_known, self.rest_mm, self.home_shift_mm) = (false, None, None);
@@ -247,8 +251,7 @@ impl<A: Axis + ?Sized> Stage for CheckedStage<A> {
         let _span = debug_span!("home").entered();
         let began = self.axis.now();
         let homed = self.home_and_check();
-        let (device, seconds) =
-            (self.identity().to_string(), self.axis.now().saturating_sub(began).as_secs_f64());
+        let (device, seconds) = self.since(began);
         match &homed {
             Ok(()) => info!(device, seconds, home_shift_mm = self.home_shift_mm, "homed"),
             Err(reason) => warn!(device, seconds, %reason, "homing failed"),
@@ -260,8 +263,7 @@ impl<A: Axis + ?Sized> Stage for CheckedStage<A> {
         let _span = debug_span!("move").entered();
         let began = self.axis.now();
         let moved = self.approach(position_mm);
-        let (device, seconds) =
-            (self.identity().to_string(), self.axis.now().saturating_sub(began).as_secs_f64());
+        let (device, seconds) = self.since(began);
         match &moved {
             Ok(()) => debug!(device, position_mm, seconds, "moved"),
             Err(reason) => warn!(device, position_mm, seconds, %reason, "move failed"),

@@ -63,7 +63,7 @@ pub trait StageDriver: Sync {
 
 /// What a driver needs to connect.
 pub struct Connection<'a> {
-    /// Opens the line at a speed in baud.
+    /// Opens the line to the device at a speed in baud.
     pub open_line: &'a mut dyn FnMut(u32) -> Result<Box<dyn Link>, LinkError>,
     /// Receives the position of the carriage of a stage in memory.
     pub watch: StagePosition,
@@ -110,14 +110,4 @@ pub enum WhenMoving {
     Wait,
     /// Stop it.
     Stop,
-}
-
-impl Connection<'_> {
-    /// The line to the device, at `baud`.
-    ///
-    /// # Errors
-    /// [`LinkError`] if it cannot be opened.
-    pub fn line(&mut self, baud: u32) -> Result<Box<dyn Link>, LinkError> {
-        (self.open_line)(baud)
-    }
 }

@@ -8,8 +8,8 @@ use super::axis::Kinematics;
 /// Rounding of reported positions: dialects round to 1 um or finer.
 pub(super) const REPORT_ROUNDING_MM: f64 = 0.0005;
 
-/// Checks a move that ended at `reported_mm` after `took`. `tolerance_mm` is the largest distance of the reported
-/// from the commanded position beyond half a step and the rounding of the report.
+/// Checks a move that ended at `reported_mm` after `took`. `tolerance_mm` is the largest distance of the
+/// reported from the commanded position beyond half a step and the rounding of the report.
 pub(super) fn check_move(
     tolerance_mm: f64,
     kinematics: &Kinematics,

@@ -42,7 +42,7 @@ pub fn connect(
 
 /// The name of the line, if a device of this dialect answers on it.
 fn greet(greeting: &Greeting, connection: &mut Connection<'_>) -> Result<Option<String>, LinkError> {
-    let mut line = connection.line(greeting.baud)?;
+    let mut line = (connection.open_line)(greeting.baud)?;
     let (mut heard, mut buffer) = (Vec::new(), [0; 256]);
     for _ in 0..TRIES {
         line.send(&(greeting.question)())?;

@@ -29,12 +29,12 @@ pub(super) struct Screw {
 impl StagePosition {
     /// Position of the carriage, in mm from home.
     pub fn get_mm(&self) -> f64 {
-        self.get().position_mm
+        self.held().position_mm
     }
 
     /// Simulated time since the stage was made.
     pub fn elapsed(&self) -> Duration {
-        self.get().elapsed
+        self.held().elapsed
     }
 
     /// Sets the position of the carriage, `elapsed` after the stage was made: for stages simulated elsewhere.
@@ -55,9 +55,5 @@ impl StagePosition {
 
     fn held(&self) -> MutexGuard<'_, Carriage> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn get(&self) -> Carriage {
-        *self.held()
     }
 }

@@ -1,7 +1,7 @@
 //! The scene in front of the camera, synchronised with the stage.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -78,24 +78,16 @@ impl Drop for World {
 }
 
 /// Position of the carriage in steps, or none.
-#[derive(Debug, Clone)]
-struct Place(Arc<AtomicI64>);
+#[derive(Debug, Clone, Default)]
+struct Place(Arc<Mutex<Option<i64>>>);
 
 impl Place {
-    const NONE: i64 = i64::MIN;
-
     fn get(&self) -> Option<i64> {
-        Some(self.0.load(Ordering::SeqCst)).filter(|steps| *steps != Self::NONE)
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn set(&self, steps: Option<i64>) {
-        self.0.store(steps.unwrap_or(Self::NONE), Ordering::SeqCst);
-    }
-}
-
-impl Default for Place {
-    fn default() -> Self {
-        Self(Arc::new(AtomicI64::new(Self::NONE)))
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = steps;
     }
 }
 

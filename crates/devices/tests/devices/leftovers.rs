@@ -90,7 +90,7 @@ fn sessions<D: SimulatedDevice + 'static>(
 #[test]
 fn answers_to_a_former_process_are_not_believed_by_zaber() {
     let connect = |link: SimulatedLink<Hung<ZaberDevice>>| -> Box<dyn Stage> {
-        let options = ZaberOptions { device: 1, axis: 1, microstep_um: ZaberDevice::MICROSTEP_UM };
+        let options = ZaberOptions { device: 1, microstep_um: ZaberDevice::MICROSTEP_UM };
         Box::new(ZaberStage::connect(Box::new(link), options).unwrap())
     };
     sessions(ZaberDevice::default(), ZaberDevice::MICROSTEP_UM / 1000.0, connect, |number| {

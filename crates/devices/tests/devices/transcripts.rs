@@ -39,7 +39,7 @@ fn grbl(link: Box<dyn Link>) -> Result<Box<dyn Stage>, StageError> {
 
 fn zaber(link: Box<dyn Link>) -> Result<Box<dyn Stage>, StageError> {
     let microstep_um = ZaberDevice::MICROSTEP_UM;
-    let options = ZaberOptions { device: 1, axis: 1, microstep_um };
+    let options = ZaberOptions { device: 1, microstep_um };
     Ok(Box::new(ZaberStage::connect(link, options)?))
 }
 

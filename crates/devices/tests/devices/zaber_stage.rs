@@ -12,7 +12,7 @@ const MICROSTEP_MM: f64 = ZaberDevice::MICROSTEP_UM / 1000.0;
 fn connect(script: &str, noise: &LineNoise) -> (ZaberStage, Plant) {
     let device = ZaberDevice::new(script.parse().unwrap());
     let plant = device.plant();
-    let options = ZaberOptions { device: 1, axis: 1, microstep_um: ZaberDevice::MICROSTEP_UM };
+    let options = ZaberOptions { device: 1, microstep_um: ZaberDevice::MICROSTEP_UM };
     let link = SimulatedLink::with_noise(device, noise);
     (ZaberStage::connect(Box::new(link), options).unwrap(), plant)
 }
@@ -95,7 +95,7 @@ fn faults_are_told_apart() {
 fn a_lost_reference_is_seen_behind_another_warning() {
     let mut device = ZaberDevice::default();
     device.set_low_voltage(true);
-    let options = ZaberOptions { device: 1, axis: 1, microstep_um: ZaberDevice::MICROSTEP_UM };
+    let options = ZaberOptions { device: 1, microstep_um: ZaberDevice::MICROSTEP_UM };
     let mut stage = ZaberStage::connect(Box::new(SimulatedLink::new(device)), options).unwrap();
     assert_eq!(stage.position_mm(), Err(StageError::NotHomed));
     assert_eq!(stage.move_to(3.0), Err(StageError::NotHomed));

@@ -36,8 +36,8 @@ impl BayerUse {
     }
 }
 
-/// Sums over the cells of a mosaic of `bit_depth` bits with `columns` columns. `green` is the column of the green
-/// pixel in the first row of a cell.
+/// Sums over the cells of a mosaic of `bit_depth` bits with `columns` columns. `green` is the column of the
+/// green pixel in the first row of a cell.
 ///
 /// # Errors
 /// The largest sample in the first pair of rows where one needs more than `bit_depth` bits.

@@ -87,8 +87,8 @@ pub(super) enum Storage {
     InterleavedLuma { first: bool },
     /// Colour images whose luma comes first.
     PlanarLuma(Chroma),
-    /// A colour filter mosaic. In the first row of a 2 x 2 cell, green is in this column; in the second row it
-    /// is in the other one.
+    /// A colour filter mosaic. In the first row of a 2 x 2 cell, green is in this column; in the second row
+    /// it is in the other one.
     Bayer { green_column: usize, coding: SampleCoding },
     /// JPEG images; those of `MJPG` may omit the Huffman tables.
     Jpeg,

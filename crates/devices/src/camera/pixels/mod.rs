@@ -64,7 +64,7 @@ impl Layout {
             (Some(least), Some(image)) => {
                 self.samples(image.chunks_exact(self.stride).map(|row| &row[..least]))?
             }
-            _ => Samples::U8(jpeg::luma(bytes, rows, columns)?),
+            _ => Samples::U8(jpeg::whole_luma(bytes, rows, columns).map_err(PixelError::Jpeg)?),
         };
         Frame::new(rows, columns, bit_depth, samples).map_err(|error| match error {
             FrameError::BitDepth { maximum, .. } => PixelError::AboveDepth { format: self.format, maximum },

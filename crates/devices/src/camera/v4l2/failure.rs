@@ -16,17 +16,24 @@ pub(super) fn is(error: &io::Error, errno: Errno) -> bool {
     error.raw_os_error() == Some(errno.raw_os_error())
 }
 
+/// Gone, if the device is lost; else what `means` says of the error.
+fn unless_gone<M>(camera: &str, means: M) -> impl FnOnce(io::Error) -> CameraError + use<M>
+where
+    M: FnOnce(String, io::Error) -> CameraError,
+{
+    let camera = camera.to_owned();
+    move |error| if is_gone(&error) { CameraError::Gone(camera) } else { means(camera, error) }
+}
+
 /// An error of a call outside the stream.
 pub(super) fn failed(camera: &str, action: &'static str) -> impl FnOnce(io::Error) -> CameraError + use<> {
-    let camera = camera.to_owned();
-    move |error| match error {
-        error if is_gone(&error) => CameraError::Gone(camera),
+    unless_gone(camera, move |camera, error| match error {
         error if is(&error, Errno::BUSY) => CameraError::Busy(camera),
         error if is(&error, Errno::NOTTY) => {
             CameraError::NotACamera { camera, reason: format!("its driver cannot {action}") }
         }
         error => CameraError::System { camera, action, detail: error.to_string() },
-    }
+    })
 }
 
 /// What the driver reports of a control. `uvcvideo` asks a camera that refuses a request for its reason, and
@@ -49,14 +56,10 @@ fn control_reason(error: &io::Error) -> String {
 
 /// An error of reading the control `name`. A restart may cure it.
 pub(super) fn control_unread(camera: &str, name: String) -> impl FnOnce(io::Error) -> CameraError + use<> {
-    let camera = camera.to_owned();
-    move |error| match error {
-        error if is_gone(&error) => CameraError::Gone(camera),
-        error => {
-            let reason = control_reason(&error);
-            CameraError::ControlUnanswered { camera, name, request: "read".to_owned(), reason }
-        }
-    }
+    unless_gone(camera, move |camera, error| {
+        let reason = control_reason(&error);
+        CameraError::ControlUnanswered { camera, name, request: "read".to_owned(), reason }
+    })
 }
 
 /// An error of setting the control `name`. Errors of the bus, and those of a camera that is not ready, pass.
@@ -66,24 +69,23 @@ pub(super) fn control_unset(
     value: i64,
 ) -> impl FnOnce(io::Error) -> CameraError + use<> {
     const PASSING: [Errno; 5] = [Errno::IO, Errno::PIPE, Errno::PROTO, Errno::TIMEDOUT, Errno::BUSY];
-    let camera = camera.to_owned();
-    move |error| match error {
-        error if is_gone(&error) => CameraError::Gone(camera),
-        error if PASSING.iter().any(|passing| is(&error, *passing)) => CameraError::ControlUnanswered {
-            camera,
-            name,
-            request: format!("set to {value}"),
-            reason: control_reason(&error),
-        },
-        error => CameraError::System { camera, action: "set a control", detail: control_reason(&error) },
-    }
+    unless_gone(camera, move |camera, error| {
+        let reason = control_reason(&error);
+        if PASSING.iter().any(|passing| is(&error, *passing)) {
+            return CameraError::ControlUnanswered {
+                camera,
+                name,
+                request: format!("set to {value}"),
+                reason,
+            };
+        }
+        CameraError::System { camera, action: "set a control", detail: reason }
+    })
 }
 
 /// An error of a stream call, which a restart may cure.
 pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Error) -> CameraError + use<> {
-    let camera = camera.to_owned();
-    move |error| match error {
-        error if is_gone(&error) => CameraError::Gone(camera),
+    unless_gone(camera, move |camera, error| match error {
         error if is(&error, Errno::BUSY) => CameraError::Busy(camera),
         error if is(&error, Errno::NOSPC) => CameraError::System {
             camera,
@@ -99,20 +101,18 @@ pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Erro
             detail: format!("{error}; set up its media pipeline (`media-ctl`) first"),
         },
         error => CameraError::Stream { camera, action, detail: error.to_string() },
-    }
+    })
 }
 
 /// An error of opening the device.
 pub(super) fn unopened(camera: &str) -> impl FnOnce(io::Error) -> CameraError + use<> {
-    let camera = camera.to_owned();
-    move |error| match error.kind() {
+    unless_gone(camera, |camera, error| match error.kind() {
         io::ErrorKind::NotFound => CameraError::NoSuchCamera(camera),
         io::ErrorKind::PermissionDenied => CameraError::Permission(camera),
-        _ if is_gone(&error) => CameraError::Gone(camera),
         _ if is(&error, Errno::BUSY) => CameraError::Busy(camera),
         _ if is(&error, Errno::ISDIR) => {
             CameraError::NotACamera { camera, reason: "it is a folder".to_owned() }
         }
         _ => CameraError::System { camera, action: "open", detail: error.to_string() },
-    }
+    })
 }

@@ -13,7 +13,6 @@ use rustix::fs::OFlags;
 use rustix::process::{Pid, Signal};
 use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
 use serialport::{SerialPort, SerialPortType, TTYPort};
-
 use tracing::{debug, trace};
 
 use super::{Link, LinkError, PortFacts, PortLock, UsbFacts, holder};

@@ -43,9 +43,9 @@ impl StageDriver for Grbl {
         connection: &mut Connection<'_>,
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError> {
-        let axis = settings.text(&AXIS).and_then(AxisLetter::from_name).unwrap_or(AxisLetter::X);
+        let axis = settings.text(&AXIS).and_then(AxisLetter::from_name).unwrap_or_default();
         let options = GrblOptions { axis, when_moving: connection.when_moving };
-        Ok(Box::new(GrblAxis::connect(connection.line(BAUD)?, options)?))
+        Ok(Box::new(GrblAxis::connect((connection.open_line)(BAUD)?, options)?))
     }
 
     fn console(&self) -> Option<Console> {

@@ -4,16 +4,11 @@ use std::time::Duration;
 
 use super::Response;
 use super::protocol::NAME;
-use crate::link::{Inbox, Link, LinkError};
+use crate::link::{DRAIN_PATIENCE, Inbox, Link, LinkError, QUIET};
 use crate::stage::StageError;
 
 /// Longest line: GRBL's own lines are shorter; more without an end is noise.
 const LONGEST: usize = 256;
-
-/// Where no line comes for this time, no answers to a former process are left.
-const QUIET: Duration = Duration::from_millis(30);
-/// A device that never ceases is listened to for no longer.
-const DRAIN_PATIENCE: Duration = Duration::from_secs(1);
 
 /// A link used line by line.
 pub(super) struct Lines {

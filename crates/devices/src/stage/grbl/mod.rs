@@ -38,18 +38,12 @@ use settings::{ALWAYS_POWERED, AxisSettings, HomeIs, IDLE_DELAY, Settings};
 pub use texts::{alarm_text, error_text};
 
 /// Options of a GRBL stage.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GrblOptions {
     /// The axis that carries the object.
     pub axis: AxisLetter,
     /// What to do if it moves when it is connected.
     pub when_moving: WhenMoving,
-}
-
-impl Default for GrblOptions {
-    fn default() -> Self {
-        Self { axis: AxisLetter::X, when_moving: WhenMoving::Wait }
-    }
 }
 
 /// A stage with GRBL 1.1, checked.

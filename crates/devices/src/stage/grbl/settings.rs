@@ -38,8 +38,10 @@ pub(super) const MOST_AXES: usize = 6;
 
 epirig_core::choices! {
     /// One of GRBL's axes.
+    #[derive(Default)]
     pub enum AxisLetter {
         /// The first, as on a CNC shield.
+        #[default]
         X = "x",
         /// The second.
         Y = "y",

@@ -185,15 +185,9 @@ impl Conversation {
 
     /// Sends the byte that stops at once; several times, in case one is lost.
     pub(super) fn emergency_stop(&mut self) -> Result<(), LinkError> {
-        self.link.send(&[
-            DELIMITER,
-            EMERGENCY_STOP,
-            DELIMITER,
-            EMERGENCY_STOP,
-            DELIMITER,
-            EMERGENCY_STOP,
-            DELIMITER,
-        ])
+        let mut bytes = [DELIMITER, EMERGENCY_STOP].repeat(3);
+        bytes.push(DELIMITER);
+        self.link.send(&bytes)
     }
 
     /// The next valid frame before `until`.

@@ -50,7 +50,7 @@ impl StageDriver for Native {
             ..default
         };
         let options = NativeOptions { settings: is_given.then_some(motion) };
-        Ok(Box::new(NativeAxis::connect(connection.line(BAUD)?, options)?))
+        Ok(Box::new(NativeAxis::connect((connection.open_line)(BAUD)?, options)?))
     }
 
     fn greeting(&self) -> Option<Greeting> {

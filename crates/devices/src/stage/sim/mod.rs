@@ -126,17 +126,6 @@ impl SimStage {
     pub fn watch(&self) -> StagePosition {
         self.axis.carriage.clone()
     }
-
-    /// Simulated time since the stage was made.
-    pub fn elapsed(&self) -> Duration {
-        self.axis.elapsed
-    }
-
-    /// Advances the simulated time at rest.
-    pub fn wait(&mut self, time: Duration) {
-        self.axis.elapsed = self.axis.elapsed.saturating_add(time);
-        self.axis.settle();
-    }
 }
 
 impl SimAxis {

@@ -74,7 +74,8 @@ fn noise_and_drift_are_as_large_as_asked_and_the_same_for_a_seed() {
 
     let warm = SimStageConfig { thermal_drift_um: 20.0, thermal_hours: 0.5, ..SimStageConfig::ideal(100.0) };
     let (mut stage, carriage) = homed(warm);
-    stage.wait(Duration::from_secs(1800) - stage.elapsed());
+    stage.axis.elapsed = Duration::from_secs(1800);
+    stage.axis.settle();
     let expected_um = 20.0 * (1.0 - (-1.0_f64).exp());
     assert!((carriage.get_mm() * UM_PER_MM - expected_um).abs() < 1e-6);
 }
@@ -82,10 +83,10 @@ fn noise_and_drift_are_as_large_as_asked_and_the_same_for_a_seed() {
 #[test]
 fn moves_take_the_time_of_their_ramps() {
     let (mut stage, _) = homed(SimStageConfig::ideal(100.0));
-    let before = stage.elapsed();
+    let before = stage.axis.elapsed;
     // 5 mm/s and 20 mm/s2: 0.25 s up, 0.25 s down, 8.75 mm at speed.
     stage.move_to(10.0).unwrap();
-    let took_s = (stage.elapsed() - before).as_secs_f64();
+    let took_s = (stage.axis.elapsed - before).as_secs_f64();
     assert!((took_s - (0.5 + 8.75 / 5.0)).abs() < 1e-9, "{took_s} s");
 }
 
@@ -109,7 +110,7 @@ fn a_move_in_real_time_takes_its_time_and_can_be_watched() {
     let mut stage = mover.join().unwrap().unwrap();
     // 0.1 s up, 0.1 s down, 5 mm at speed.
     assert!(began.elapsed() >= Duration::from_millis(300));
-    assert!((stage.elapsed().as_secs_f64() - 0.3).abs() < 1e-6, "{:?}", stage.elapsed());
+    assert!((stage.axis.elapsed.as_secs_f64() - 0.3).abs() < 1e-6, "{:?}", stage.axis.elapsed);
     assert!(seen.windows(2).all(|pair| pair[0].0 <= pair[1].0 && pair[0].1 <= pair[1].1), "{seen:?}");
     assert!(seen.iter().all(|(_, at_mm)| (0.0..=10.0).contains(at_mm)));
     assert_eq!((watch.get_mm(), stage.position_mm()), (10.0, Ok(10.0)));
@@ -195,7 +196,7 @@ fn real_time_changes_no_place_and_no_duration() {
                 stage.home().unwrap();
             }
             stage.move_to(target_mm).unwrap();
-            places.push((stage.watch().get_mm(), stage.position_mm(), stage.elapsed()));
+            places.push((stage.watch().get_mm(), stage.position_mm(), stage.axis.elapsed));
         }
         places
     };

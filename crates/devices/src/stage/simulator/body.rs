@@ -21,7 +21,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// A carriage at 0 steps, with switches that close at and beyond these positions, and with scripted faults.
+    /// A carriage at 0 steps, with switches that close at and beyond these positions.
     pub fn new(script: FaultScript, low_switch_at: i64, high_switch_at: i64) -> Self {
         let troubles = Troubles::new(script);
         let plant = Plant::new(low_switch_at, high_switch_at);

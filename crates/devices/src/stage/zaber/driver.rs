@@ -48,8 +48,8 @@ impl StageDriver for Zaber {
         let device = settings.whole(&DEVICE).and_then(|number| u8::try_from(number).ok()).unwrap_or(1);
         // Without a microstep no length is known, so the driver refuses 0.
         let microstep_um = settings.number(&MICROSTEP).unwrap_or(0.0);
-        let options = ZaberOptions { device, axis: 1, microstep_um };
-        Ok(Box::new(ZaberAxis::connect(connection.line(BAUD)?, options)?))
+        let options = ZaberOptions { device, microstep_um };
+        Ok(Box::new(ZaberAxis::connect((connection.open_line)(BAUD)?, options)?))
     }
 
     /// The device follows its position, and knows whether it has its reference.

@@ -18,6 +18,9 @@ use message::{command, fault_text, rejection_text};
 /// Name of the driver.
 const NAME: &str = "zaber";
 
+/// Number of the axis: a stage of one axis is its first.
+const AXIS: u8 = 1;
+
 /// Baud rate of the serial line.
 pub const BAUD: u32 = 115_200;
 
@@ -50,8 +53,6 @@ const ACCELERATION_UNIT: f64 = 1.6384 / 10_000.0;
 pub struct ZaberOptions {
     /// Number of the device in its chain.
     pub device: u8,
-    /// Number of the axis.
-    pub axis: u8,
     /// Length of a microstep, in um, from the data sheet.
     pub microstep_um: f64,
 }
@@ -212,26 +213,26 @@ impl ZaberAxis {
     }
 
     fn number(&mut self, words: &str) -> Result<f64, StageError> {
-        let data = self.ask(self.options.axis, words)?.data;
+        let data = self.ask(AXIS, words)?.data;
         let number = data.parse().ok().filter(|number: &f64| number.is_finite());
         number.ok_or_else(|| self.foreign(format!("\"{data}\" to \"{words}\"")))
     }
 
     /// All active warnings. A reply shows only the one of the highest priority, which may conceal a lost
     /// reference.
-    fn warnings(&mut self, reply: &ZaberReply, words: &str) -> Result<Vec<String>, StageError> {
+    fn warnings(&mut self, reply: &ZaberReply) -> Result<Vec<String>, StageError> {
         if reply.warning == "--" {
             return Ok(Vec::new());
         }
         // Their number, then their names.
-        let data = self.ask(self.options.axis, words)?.data;
+        let data = self.ask(AXIS, "warnings")?.data;
         Ok(data.split_whitespace().skip(1).map(str::to_owned).collect())
     }
 
     /// The position, if it has a reference.
     fn look(&mut self) -> Result<(Option<f64>, ZaberReply), StageError> {
-        let reply = self.ask(self.options.axis, "get pos")?;
-        let warnings = self.warnings(&reply, "warnings")?;
+        let reply = self.ask(AXIS, "get pos")?;
+        let warnings = self.warnings(&reply)?;
         let microsteps: f64 =
             reply.data.parse().map_err(|_| self.foreign(format!("\"{}\" to \"get pos\"", reply.data)))?;
         let lost = warnings.iter().any(|warning| LOST.contains(&warning.as_str()));
@@ -240,7 +241,7 @@ impl ZaberAxis {
 
     /// Starts an operation, and waits until the axis is idle.
     fn operate(&mut self, words: &str, during: &str, patience: Duration) -> Result<(), StageError> {
-        self.ask(self.options.axis, words)?;
+        self.ask(AXIS, words)?;
         let since = self.link.now();
         let mut stopped = None;
         while self.link.now() - since < patience {
@@ -248,12 +249,12 @@ impl ZaberAxis {
             if urgency.is_some() {
                 stopped = urgency;
                 let stop = if urgency == Some(Urgency::AtOnce) { "estop" } else { "stop" };
-                self.ask(self.options.axis, stop)?;
+                self.ask(AXIS, stop)?;
                 urgency.into_iter().for_each(|urgency| self.stop.sent(urgency));
             }
-            let reply = self.ask(self.options.axis, "")?;
+            let reply = self.ask(AXIS, "")?;
             if !reply.busy {
-                let warnings = self.warnings(&reply, "warnings")?;
+                let warnings = self.warnings(&reply)?;
                 let fault =
                     warnings.iter().find_map(|warning| fault_text(warning).map(|text| (text, warning)));
                 return match (stopped, fault) {
@@ -274,7 +275,7 @@ impl ZaberAxis {
             let until = self.link.now() + POLL;
             self.next_line(until)?;
         }
-        self.ask(self.options.axis, "stop")?;
+        self.ask(AXIS, "stop")?;
         Err(StageError::too_slow(during, patience))
     }
 }
@@ -315,7 +316,7 @@ impl Axis for ZaberAxis {
 
     fn home(&mut self) -> Result<Homed, StageError> {
         // Old warnings stay active until cleared, and would make this homing fail.
-        self.ask(self.options.axis, "warnings clear")?;
+        self.ask(AXIS, "warnings clear")?;
         let patience = self.kinematics.patience(self.travel_mm).saturating_mul(4);
         self.operate("home", "while homing", patience)?;
         let position_mm = self.look()?.0.ok_or_else(|| {
@@ -347,14 +348,14 @@ impl Axis for ZaberAxis {
     }
 
     fn stop(&mut self) -> Result<(), StageError> {
-        self.ask(self.options.axis, "stop")?;
+        self.ask(AXIS, "stop")?;
         let until = self.link.now() + Duration::from_secs(10);
         while self.link.now() < until {
-            if !self.ask(self.options.axis, "")?.busy {
+            if !self.ask(AXIS, "")?.busy {
                 return Ok(());
             }
         }
-        self.ask(self.options.axis, "estop")?;
+        self.ask(AXIS, "estop")?;
         Err(StageError::TooSlow { during: "stopping".to_owned(), patience_s: 10.0 })
     }
 

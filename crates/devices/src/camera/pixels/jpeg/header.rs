@@ -22,7 +22,7 @@ pub(super) struct Component {
 }
 
 /// What is needed to read the compressed data.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Header {
     pub(super) rows: usize,
     pub(super) columns: usize,
@@ -45,16 +45,7 @@ impl Header {
         if !bytes.starts_with(&[0xff, 0xd8]) {
             return Err("it does not begin like a JPEG image".to_owned());
         }
-        let mut header = Self {
-            rows: 0,
-            columns: 0,
-            components: Vec::new(),
-            dc_tables: [const { None }; 4],
-            ac_tables: [const { None }; 4],
-            restart_interval: 0,
-            scan_start: 0,
-            tables_missing_at: None,
-        };
+        let mut header = Self::default();
         let mut tables_seen = false;
         let mut position = 2;
         loop {

@@ -17,18 +17,13 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::PixelError;
 use header::Header;
 
 /// The luma of a baseline JPEG image of `rows` x `columns`, row by row.
 ///
 /// # Errors
-/// [`PixelError::Jpeg`] if it is incomplete, of another kind or of another size.
-pub(super) fn luma(bytes: &[u8], rows: usize, columns: usize) -> Result<Vec<u8>, PixelError> {
-    whole_luma(bytes, rows, columns).map_err(PixelError::Jpeg)
-}
-
-fn whole_luma(bytes: &[u8], rows: usize, columns: usize) -> Result<Vec<u8>, String> {
+/// Why it cannot be used: it is incomplete, of another kind or of another size.
+pub(super) fn whole_luma(bytes: &[u8], rows: usize, columns: usize) -> Result<Vec<u8>, String> {
     let header = Header::parse(bytes)?;
     if (header.rows, header.columns) != (rows, columns) {
         return Err(format!(

@@ -3,23 +3,14 @@
 /// Numbers of codes of length 1 to 16, and their symbols in order of code.
 type Table<const SYMBOLS: usize> = ([u8; 16], [u8; SYMBOLS]);
 
+/// The symbols of tables K.3 and K.4.
+const DC_SYMBOLS: [u8; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+
 /// Table K.3.
-#[rustfmt::skip]
-pub(super) const DC_LUMINANCE: Table<12> = (
-    [0, 1, 5, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0],
-    [
-        0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0a, 0x0b,
-    ],
-);
+pub(super) const DC_LUMINANCE: Table<12> = ([0, 1, 5, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0], DC_SYMBOLS);
 
 /// Table K.4.
-#[rustfmt::skip]
-pub(super) const DC_CHROMINANCE: Table<12> = (
-    [0, 3, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0],
-    [
-        0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0a, 0x0b,
-    ],
-);
+pub(super) const DC_CHROMINANCE: Table<12> = ([0, 3, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0], DC_SYMBOLS);
 
 /// Table K.5.
 #[rustfmt::skip]

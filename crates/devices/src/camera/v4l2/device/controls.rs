@@ -5,7 +5,7 @@ use v4l::v4l_sys as sys;
 use super::V4l2Device;
 use crate::camera::automatic::known;
 use crate::camera::v4l2::failure::failed;
-use crate::camera::v4l2::kernel::title;
+use crate::camera::v4l2::kernel::{NEXT_CONTROL, title};
 use crate::camera::{CameraError, Control, ControlKind};
 
 impl V4l2Device {
@@ -14,7 +14,8 @@ impl V4l2Device {
         let mut controls = Vec::new();
         let mut id = 0;
         loop {
-            match self.node.next_control(id).map_err(failed(&self.path, "list its controls")) {
+            match self.node.query_control(id | NEXT_CONTROL).map_err(failed(&self.path, "list its controls"))
+            {
                 Ok(None) => break,
                 // The numbers must rise, or the list would never end.
                 Ok(Some(query)) if query.id <= id => break,

@@ -85,14 +85,6 @@ impl V4l2Device {
         device.twins.append(&mut self.twins);
         *self = device;
     }
-
-    fn no_longer_there(&self) -> CameraError {
-        CameraError::Stream {
-            camera: self.path.clone(),
-            action: "read a buffer",
-            detail: "it no longer exists".to_owned(),
-        }
-    }
 }
 
 fn active(format: sys::v4l2_pix_format) -> ActiveFormat {
@@ -303,7 +295,11 @@ impl VideoDevice for V4l2Device {
         let stream = self.stream.as_ref();
         let copied =
             stream.is_some_and(|stream| stream.copy(buffer.index, buffer.bytes_used, &mut self.bytes));
-        if copied { Ok(&self.bytes) } else { Err(self.no_longer_there()) }
+        if copied {
+            return Ok(&self.bytes);
+        }
+        let (camera, detail) = (self.path.clone(), "it no longer exists".to_owned());
+        Err(CameraError::Stream { camera, action: "read a buffer", detail })
     }
 
     fn requeue(&mut self, buffer: FilledBuffer) -> Result<(), CameraError> {

@@ -105,8 +105,8 @@ impl Buffers {
         Ok(())
     }
 
-    /// Takes a finished buffer from the driver, which states no more bytes than it has; `None` if there is none
-    /// now.
+    /// Takes a finished buffer from the driver, which states no more bytes than it has; `None` if there is
+    /// none now.
     pub(crate) fn dequeue(&mut self, node: &Node) -> io::Result<Option<sys::v4l2_buffer>> {
         let mut buffer = node.buffer(self.direction, 0);
         match exchange(node, vidioc::VIDIOC_DQBUF, &mut buffer) {

@@ -9,7 +9,7 @@ use super::call::{Node, QUERY_EXT_CTRL, QUERYMENU, Request, has_none, text, zero
 
 /// Selects present values, for controls of any class.
 const CURRENT_VALUES: u32 = 0;
-const NEXT_CONTROL: u32 = 0x8000_0000 | 0x4000_0000;
+pub(crate) const NEXT_CONTROL: u32 = 0x8000_0000 | 0x4000_0000;
 
 /// The driver's name of a control.
 pub(crate) fn title(query: &sys::v4l2_query_ext_ctrl) -> String {
@@ -17,12 +17,7 @@ pub(crate) fn title(query: &sys::v4l2_query_ext_ctrl) -> String {
 }
 
 impl Node {
-    /// The control after `id`, of any kind; `None` after the last.
-    pub(crate) fn next_control(&self, id: u32) -> io::Result<Option<sys::v4l2_query_ext_ctrl>> {
-        self.query_control(id | NEXT_CONTROL)
-    }
-
-    /// The control with this id, if there is one.
+    /// The control with this id, if there is one; with [`NEXT_CONTROL`], the one after it, of any kind.
     pub(crate) fn query_control(&self, id: u32) -> io::Result<Option<sys::v4l2_query_ext_ctrl>> {
         let mut found = sys::v4l2_query_ext_ctrl { id, ..zeroed() };
         match self.call(QUERY_EXT_CTRL, &mut found) {

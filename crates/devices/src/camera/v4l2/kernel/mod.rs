@@ -17,5 +17,5 @@ mod inputs;
 
 pub(super) use buffers::Buffers;
 pub(super) use call::{Capabilities, Direction, Node, has_none};
-pub(super) use controls::title;
+pub(super) use controls::{NEXT_CONTROL, title};
 pub(super) use inputs::is_like;
