@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::chess::Chess;
-use super::error::SimulatorError;
+use super::error::{SimulatorError, require, require_positive};
 
 /// Chess-boards along the upper and the lower edge of a tile: `columns` x `rows` squares each, in the middle
 /// between left and right. There the tile has no hollows. To the left and to the right of the squares it is
@@ -26,25 +26,13 @@ impl Bands {
 
     /// Whether they fit on a tile that needs walls of `wall_mm` before them.
     pub(super) fn check(&self, side_mm: f64, wall_mm: f64) -> Result<(), SimulatorError> {
-        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
-        if !(self.square_mm.is_finite() && self.square_mm > 0.0) {
-            return bad("squares of the bands in mm", self.square_mm, "positive");
-        }
-        if self.columns < 2 || self.columns as f64 * self.square_mm > side_mm {
-            return bad(
-                "number of squares along a band",
-                self.columns as f64,
-                "at least 2, and fit on the tile",
-            );
-        }
-        if self.rows < 2 || self.start_mm(side_mm) <= wall_mm {
-            return bad(
-                "number of squares across a band",
-                self.rows as f64,
-                "at least 2, and leave room between the bands",
-            );
-        }
-        Ok(())
+        require_positive("squares of the bands in mm", self.square_mm)?;
+        let (columns, rows) = (self.columns as f64, self.rows as f64);
+        let fits = self.columns >= 2 && columns * self.square_mm <= side_mm;
+        require(fits, "number of squares along a band", columns, "at least 2, and fit on the tile")?;
+        let has_room = self.rows >= 2 && self.start_mm(side_mm) > wall_mm;
+        let expected = "at least 2, and leave room between the bands";
+        require(has_room, "number of squares across a band", rows, expected)
     }
 }
 

@@ -47,6 +47,21 @@ pub enum SimulatorError {
     },
 }
 
+/// Refuses a number that does not fit.
+pub(super) fn require(
+    fits: bool,
+    what: &'static str,
+    value: f64,
+    expected: &'static str,
+) -> Result<(), SimulatorError> {
+    if fits { Ok(()) } else { Err(SimulatorError::BadNumber { what, value, expected }) }
+}
+
+/// Refuses a number that is not positive, or infinite.
+pub(super) fn require_positive(what: &'static str, value: f64) -> Result<(), SimulatorError> {
+    require(value.is_finite() && value > 0.0, what, value, "positive")
+}
+
 impl Fault for SimulatorError {
     fn blame(&self) -> Blame {
         Blame::Request

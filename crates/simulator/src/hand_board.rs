@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::chess::{Chess, SOFTNESS_PX, step};
-use super::error::SimulatorError;
+use super::error::{SimulatorError, require, require_positive};
 use super::optics::Optics;
 use super::rays::Rays;
 use super::render::{self, GROUND};
@@ -71,7 +71,7 @@ pub struct BoardPose {
 
 impl BoardPose {
     /// The ray (X / Z, Y / Z) to a point of the board.
-    fn ray(&self, u: f64, v: f64) -> (f64, f64) {
+    pub(super) fn ray(&self, u: f64, v: f64) -> (f64, f64) {
         let [x, y, z] =
             [0, 1, 2].map(|axis| self.centre_mm[axis] + u * self.axis_u[axis] + v * self.axis_v[axis]);
         (x / z, y / z)
@@ -89,18 +89,9 @@ impl BoardPose {
 
 impl HandBoard {
     pub(super) fn check(&self) -> Result<(), SimulatorError> {
-        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
-        if !(self.square_mm.is_finite() && self.square_mm > 0.0) {
-            return bad("squares of the board in mm", self.square_mm, "positive");
-        }
-        if self.columns < 2 || self.rows < 2 {
-            return bad(
-                "number of squares of the board",
-                self.columns.min(self.rows) as f64,
-                "at least 2 each way",
-            );
-        }
-        Ok(())
+        require_positive("squares of the board in mm", self.square_mm)?;
+        let least = self.columns.min(self.rows);
+        require(least >= 2, "number of squares of the board", least as f64, "at least 2 each way")
     }
 
     /// Pose number `pose`. They never end, and no two are alike: all parts of the image in turn, with tilts
@@ -159,18 +150,8 @@ impl HandBoard {
         (half(self.columns), half(self.rows))
     }
 
-    fn chess(&self, softness_mm: f64) -> Chess {
+    pub(super) fn chess(&self, softness_mm: f64) -> Chess {
         Chess::new(self.square_mm, self.columns, self.rows, softness_mm)
-    }
-
-    /// Inner corners of the board in a pose: (column, row, x, y).
-    pub(super) fn corners(&self, optics: &Optics, pose: &BoardPose) -> Vec<(usize, usize, f64, f64)> {
-        let sight = optics.sight();
-        let projected = |(column, row, u, v)| {
-            let (x, y) = sight.raw_pixel(pose.ray(u, v));
-            (column, row, x, y)
-        };
-        self.chess(1.0).corners().map(projected).collect()
     }
 
     /// The light on the sensor with the board in a pose, as a share of full scale at reflectance 1.
@@ -257,9 +238,10 @@ mod tests {
                         "pose {number}: ({x}, {y})"
                     );
                 }
-                let corners = board.corners(&optics, &pose);
+                let corners: Vec<_> = board.chess(1.0).corners().collect();
                 assert_eq!(corners.len(), 54);
-                for (_, _, x, y) in corners {
+                for (_, _, u, v) in corners {
+                    let (x, y) = optics.sight().raw_pixel(pose.ray(u, v));
                     reached[(x / right * 3.0) as usize + 3 * (y / bottom * 3.0) as usize] = true;
                 }
             }

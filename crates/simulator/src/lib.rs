@@ -22,7 +22,7 @@ mod truth;
 mod turn;
 
 pub use bands::Bands;
-pub use corners::{BoardCorner, TargetCorner};
+pub use corners::Corner;
 pub use distortion::Distortion;
 pub use error::SimulatorError;
 pub use hand_board::{BoardPose, HandBoard};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::distortion::Distortion;
-use super::error::SimulatorError;
+use super::error::{SimulatorError, require};
 use super::pinhole::Pinhole;
 use super::sight::Sight;
 
@@ -60,32 +60,20 @@ impl Optics {
     }
 
     pub(super) fn check(&self) -> Result<(), SimulatorError> {
-        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
-        if !(0.0..=10.0).contains(&self.point_spread_sigma_px) {
-            return bad("point spread in px", self.point_spread_sigma_px, "from 0 to 10");
-        }
-        if !(0.0..1.0).contains(&self.vignetting) {
-            return bad("vignetting", self.vignetting, "from 0 to less than 1");
-        }
-        if self.roll_rad.is_nan() || self.roll_rad.abs() > std::f64::consts::PI {
-            return bad("roll in rad", self.roll_rad, "from -pi to pi");
-        }
-        if self.pan_rad.is_nan() || self.pan_rad.abs() >= MOST_PAN_RAD {
-            return bad("pan in rad", self.pan_rad, "between -0.5 and 0.5");
-        }
+        let Self { point_spread_sigma_px, vignetting, roll_rad, pan_rad, distortion, .. } = *self;
+        let fits = (0.0..=10.0).contains(&point_spread_sigma_px);
+        require(fits, "point spread in px", point_spread_sigma_px, "from 0 to 10")?;
+        require((0.0..1.0).contains(&vignetting), "vignetting", vignetting, "from 0 to less than 1")?;
+        require(roll_rad.abs() <= std::f64::consts::PI, "roll in rad", roll_rad, "from -pi to pi")?;
+        require(pan_rad.abs() < MOST_PAN_RAD, "pan in rad", pan_rad, "between -0.5 and 0.5")?;
         let sight = self.sight();
         for (x, y) in self.border() {
             let raw = sight.raw_ray(x, y);
-            if raw.0.is_nan() || !self.distortion.unfolded_up_to(raw) {
-                return bad(
-                    "distortion k1",
-                    self.distortion.k1,
-                    "with the others such that the image does not fold",
-                );
-            }
-            if sight.ray(x, y).0.is_nan() {
-                return bad("pan in rad", self.pan_rad, "such that every pixel looks ahead");
-            }
+            let is_unfolded = !raw.0.is_nan() && distortion.unfolded_up_to(raw);
+            let expected = "with the others such that the image does not fold";
+            require(is_unfolded, "distortion k1", distortion.k1, expected)?;
+            let looks_ahead = !sight.ray(x, y).0.is_nan();
+            require(looks_ahead, "pan in rad", pan_rad, "such that every pixel looks ahead")?;
         }
         Ok(())
     }

@@ -15,29 +15,17 @@ impl SimulatorConfig {
     pub fn tile(side_px: usize, frames: usize) -> Self {
         let distance_mm = 900.0;
         let optics = Optics::square(side_px, 25.0 / 9.0 * side_px as f64);
-        let texture = grains(&optics, distance_mm);
-        Self {
-            scene: Scene::Tile {
-                distance_mm,
-                side_mm: 150.0,
-                hollow_depth_mm: 0.2,
-                hollow_width_mm: 4.0,
-                pitch_mm: 8.0,
-                wall_mm: 0.4,
-                bow_mm: 0.0,
-                bands: None,
-            },
-            texture,
-            optics,
-            sensor: Sensor::ideal(8),
-            carried: Carried::Scene,
-            scan: SimulatedScan { start_mm: 10.0, step_mm: 150.0 / (frames.max(2) - 1) as f64, frames },
-            board: None,
-            flicker: 0.0,
-            drift: 0.0,
-            highlight: 0.0,
-            step_error: StepError::default(),
-        }
+        let scene = Scene::Tile {
+            distance_mm,
+            side_mm: 150.0,
+            hollow_depth_mm: 0.2,
+            hollow_width_mm: 4.0,
+            pitch_mm: 8.0,
+            wall_mm: 0.4,
+            bow_mm: 0.0,
+            bands: None,
+        };
+        ideal(scene, optics, distance_mm, (150.0, frames))
     }
 
     /// The tile with the faults of a real rig: camera 0.7 degrees rolled and 0.4 degrees panned, lens with a
@@ -75,20 +63,8 @@ impl SimulatorConfig {
         // At the image's border the faces are this far away, and at 45 degrees grains look narrower by sqrt
         // 2.
         let farthest_mm = distance_mm / (1.0 - 0.5 / 1.6);
-        let texture = grains(&optics, std::f64::consts::SQRT_2 * farthest_mm);
-        Self {
-            scene: Scene::CubeEdge { distance_mm, slope: 1.0 },
-            texture,
-            optics,
-            sensor: Sensor::ideal(8),
-            carried: Carried::Scene,
-            scan: SimulatedScan { start_mm: 10.0, step_mm: 40.0 / (frames.max(2) - 1) as f64, frames },
-            board: None,
-            flicker: 0.0,
-            drift: 0.0,
-            highlight: 0.0,
-            step_error: StepError::default(),
-        }
+        let scene = Scene::CubeEdge { distance_mm, slope: 1.0 };
+        ideal(scene, optics, std::f64::consts::SQRT_2 * farthest_mm, (40.0, frames))
     }
 
     /// A textured plane, 8 px of disparity, for small examples and tests.
@@ -100,24 +76,25 @@ impl SimulatorConfig {
             principal_point_y_px: 0.5 * (rows as f64 - 1.0),
             ..Optics::square(columns, focal_length_px)
         };
-        let texture = grains(&optics, distance_mm);
-        let travel_mm = 8.0 * distance_mm / focal_length_px;
-        Self {
-            scene: Scene::Plane { distance_mm, slope_x: 0.0, slope_y: 0.0 },
-            texture,
-            optics,
-            sensor: Sensor::ideal(8),
-            carried: Carried::Scene,
-            scan: SimulatedScan { start_mm: 10.0, step_mm: travel_mm / (frames.max(2) - 1) as f64, frames },
-            board: None,
-            flicker: 0.0,
-            drift: 0.0,
-            highlight: 0.0,
-            step_error: StepError::default(),
-        }
+        let scene = Scene::Plane { distance_mm, slope_x: 0.0, slope_y: 0.0 };
+        ideal(scene, optics, distance_mm, (8.0 * distance_mm / focal_length_px, frames))
     }
 }
 
-fn grains(optics: &Optics, distance_mm: f64) -> Texture {
-    Texture { grain_mm: GRAIN_PX * distance_mm / optics.focal_length_px, coarse_share: 0.35, seed: 1 }
+/// A rig without faults, for a scene whose grains have their width in the image at `grains_mm`.
+fn ideal(scene: Scene, optics: Optics, grains_mm: f64, (travel_mm, frames): (f64, usize)) -> SimulatorConfig {
+    let grain_mm = GRAIN_PX * grains_mm / optics.focal_length_px;
+    SimulatorConfig {
+        scene,
+        texture: Texture { grain_mm, coarse_share: 0.35, seed: 1 },
+        optics,
+        sensor: Sensor::ideal(8),
+        carried: Carried::Scene,
+        scan: SimulatedScan { start_mm: 10.0, step_mm: travel_mm / (frames.max(2) - 1) as f64, frames },
+        board: None,
+        flicker: 0.0,
+        drift: 0.0,
+        highlight: 0.0,
+        step_error: StepError::default(),
+    }
 }

@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::bands::Bands;
-use super::error::SimulatorError;
+use super::error::{SimulatorError, require, require_positive};
 
 /// A surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -78,24 +78,20 @@ impl Scene {
     /// Whether every ray with |X / Z|, |Y / Z| up to `steepest` meets the surface once, in front of the
     /// camera.
     pub(super) fn check(&self, steepest: (f64, f64)) -> Result<(), SimulatorError> {
-        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
-        let distance_mm = self.distance_mm();
-        if !(distance_mm.is_finite() && distance_mm > 0.0) {
-            return bad("distance in mm", distance_mm, "positive");
-        }
+        let shows_all = |occludes: bool, how: &'static str| match occludes {
+            true => Err(SimulatorError::OccludesItself(how)),
+            false => Ok(()),
+        };
+        require_positive("distance in mm", self.distance_mm())?;
         match *self {
             Self::Plane { slope_x, slope_y, .. } => {
                 let tilt = slope_x.abs() * steepest.0 + slope_y.abs() * steepest.1;
-                if tilt.is_nan() || tilt >= 1.0 {
-                    return Err(SimulatorError::OccludesItself(
-                        "the plane is seen edge-on at the border of the image",
-                    ));
-                }
+                let is_steep = tilt.is_nan() || tilt >= 1.0;
+                shows_all(is_steep, "the plane is seen edge-on at the border of the image")
             }
             Self::CubeEdge { slope, .. } => {
-                if !(slope >= 0.0 && slope * steepest.0 < 1.0) {
-                    return Err(SimulatorError::OccludesItself("a face of the cube is seen edge-on"));
-                }
+                let is_flat = slope >= 0.0 && slope * steepest.0 < 1.0;
+                shows_all(!is_flat, "a face of the cube is seen edge-on")
             }
             Self::Tile {
                 side_mm,
@@ -107,23 +103,13 @@ impl Scene {
                 bands,
                 ..
             } => {
-                if side_mm.is_nan() || side_mm <= 0.0 {
-                    return bad("side in mm", side_mm, "positive");
-                }
+                require(side_mm > 0.0, "side in mm", side_mm, "positive")?;
                 let fits =
                     wall_mm > 0.0 && hollow_width_mm >= wall_mm && pitch_mm >= hollow_width_mm + wall_mm;
-                if !fits {
-                    return bad(
-                        "pitch in mm",
-                        pitch_mm,
-                        "at least a hollow and a wall, a hollow at least a wall",
-                    );
-                }
-                if hollow_depth_mm.is_nan() || hollow_depth_mm.abs() * steepest.0 >= wall_mm {
-                    return Err(SimulatorError::OccludesItself(
-                        "the hollows' walls are steeper than the view",
-                    ));
-                }
+                let expected = "at least a hollow and a wall, a hollow at least a wall";
+                require(fits, "pitch in mm", pitch_mm, expected)?;
+                let is_steep = hollow_depth_mm.is_nan() || hollow_depth_mm.abs() * steepest.0 >= wall_mm;
+                shows_all(is_steep, "the hollows' walls are steeper than the view")?;
                 let wall = hollow_depth_mm.abs() / wall_mm;
                 let steepest_wall = match bands {
                     Some(bands) => {
@@ -132,22 +118,15 @@ impl Scene {
                     }
                     None => steepest.0,
                 };
-                if wall * steepest_wall >= 1.0 {
-                    return Err(SimulatorError::OccludesItself(
-                        "the walls before the bands are steeper than the view",
-                    ));
-                }
+                let is_steep = wall * steepest_wall >= 1.0;
+                shows_all(is_steep, "the walls before the bands are steeper than the view")?;
                 // Along a ray the bow's depth changes by this much per mm of depth, and a wall of the tile
                 // multiplies that.
                 let bowed = 4.0 * bow_mm.abs() / side_mm * (steepest.0 + steepest.1);
-                if bowed.is_nan() || bowed >= 0.5 * (1.0 - wall * steepest_wall) {
-                    return Err(SimulatorError::OccludesItself(
-                        "the bow of the tile is too deep for so wide a view",
-                    ));
-                }
+                let is_deep = bowed.is_nan() || bowed >= 0.5 * (1.0 - wall * steepest_wall);
+                shows_all(is_deep, "the bow of the tile is too deep for so wide a view")
             }
         }
-        Ok(())
     }
 
     /// Where the ray (a, b) meets the surface when the scene is displaced by `offset_mm`; `None` where it

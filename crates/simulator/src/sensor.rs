@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::error::SimulatorError;
+use super::error::{SimulatorError, require, require_positive};
 use epirig_core::frame::{Frame, Samples, full_scale};
 use epirig_core::grid::Grid;
 
@@ -58,29 +58,18 @@ impl Sensor {
 
     /// Checks the numbers of a sensor of `pixels` pixels.
     pub(super) fn check(&self, pixels: usize) -> Result<(), SimulatorError> {
-        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
-        if ![8, 10, 12, 16].contains(&self.bit_depth) {
-            return bad("bit depth", self.bit_depth.into(), "8, 10, 12 or 16");
-        }
-        if !(self.read_noise_dn.is_finite() && self.read_noise_dn >= 0.0) {
-            return bad("read noise in DN", self.read_noise_dn, "zero or positive");
-        }
-        let half_scale = 0.5 * f64::from(full_scale(self.bit_depth));
-        if !(0.0..=half_scale).contains(&self.black_level_dn) {
-            return bad("black level in DN", self.black_level_dn, "from 0 to half of full scale");
-        }
-        if !(0.0..=0.1).contains(&self.pixel_gain_sigma) {
-            return bad("deviation of the pixels' gains", self.pixel_gain_sigma, "from 0 to 0.1");
-        }
-        if self.hot_pixels > pixels / 100 {
-            return bad("number of hot pixels", self.hot_pixels as f64, "at most one pixel in a hundred");
-        }
-        match self.full_well_electrons {
-            Some(value) if !(value.is_finite() && value > 0.0) => {
-                bad("full well in electrons", value, "positive")
-            }
-            _ => Ok(()),
-        }
+        let Self { bit_depth, read_noise_dn, black_level_dn, pixel_gain_sigma, hot_pixels, .. } = *self;
+        require([8, 10, 12, 16].contains(&bit_depth), "bit depth", bit_depth.into(), "8, 10, 12 or 16")?;
+        let is_noise = read_noise_dn.is_finite() && read_noise_dn >= 0.0;
+        require(is_noise, "read noise in DN", read_noise_dn, "zero or positive")?;
+        let is_black = (0.0..=0.5 * f64::from(full_scale(bit_depth))).contains(&black_level_dn);
+        require(is_black, "black level in DN", black_level_dn, "from 0 to half of full scale")?;
+        let is_alike = (0.0..=0.1).contains(&pixel_gain_sigma);
+        require(is_alike, "deviation of the pixels' gains", pixel_gain_sigma, "from 0 to 0.1")?;
+        let are_few = hot_pixels <= pixels / 100;
+        require(are_few, "number of hot pixels", hot_pixels as f64, "at most one pixel in a hundred")?;
+        let full_well = self.full_well_electrons;
+        full_well.map_or(Ok(()), |electrons| require_positive("full well in electrons", electrons))
     }
 
     /// Numbers for `irradiance` (shares of full scale at reflectance 1) under a lamp that gives `lamp` of its

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bands::Print;
 use super::chess::SOFTNESS_PX;
-use super::error::SimulatorError;
+use super::error::{SimulatorError, require, require_positive};
 use super::hand_board::{BoardPose, HandBoard};
 use super::optics::Optics;
 use super::pinhole::Pinhole;
@@ -103,47 +103,27 @@ impl Simulator {
     /// # Errors
     /// [`SimulatorError`] if a number makes no sense or the scene could occlude part of itself.
     pub fn new(config: SimulatorConfig) -> Result<Self, SimulatorError> {
-        let positive = |what, value: f64| {
-            let fine = value.is_finite() && value > 0.0;
-            if fine { Ok(()) } else { Err(SimulatorError::BadNumber { what, value, expected: "positive" }) }
-        };
-        positive("step in mm", config.scan.step_mm)?;
-        positive("number of rows", config.optics.rows as f64)?;
-        positive("number of columns", config.optics.columns as f64)?;
-        positive("focal length in px", config.optics.focal_length_px)?;
-        positive("grain in mm", config.texture.grain_mm)?;
-        if config.scan.frames < 2 {
-            let value = config.scan.frames as f64;
-            return Err(SimulatorError::BadNumber {
-                what: "number of frames",
-                value,
-                expected: "at least 2",
-            });
-        }
+        require_positive("step in mm", config.scan.step_mm)?;
+        require_positive("number of rows", config.optics.rows as f64)?;
+        require_positive("number of columns", config.optics.columns as f64)?;
+        require_positive("focal length in px", config.optics.focal_length_px)?;
+        require_positive("grain in mm", config.texture.grain_mm)?;
+        let frames = config.scan.frames;
+        require(frames >= 2, "number of frames", frames as f64, "at least 2")?;
         config.optics.check()?;
         config.sensor.check(config.optics.rows * config.optics.columns)?;
         config.scene.check(config.optics.steepest_ray())?;
         config.board.as_ref().map_or(Ok(()), HandBoard::check)?;
-        if !(0.0..=0.1).contains(&config.flicker) {
-            let value = config.flicker;
-            return Err(SimulatorError::BadNumber { what: "flicker", value, expected: "from 0 to 0.1" });
-        }
-        if !(-0.9..=0.9).contains(&config.drift) {
-            let value = config.drift;
-            return Err(SimulatorError::BadNumber { what: "drift", value, expected: "from -0.9 to 0.9" });
-        }
-        if !(0.0..=0.5).contains(&config.highlight) {
-            let value = config.highlight;
-            return Err(SimulatorError::BadNumber { what: "highlight", value, expected: "from 0 to 0.5" });
-        }
-        let sigma_um = config.step_error.sigma_um;
-        if !(sigma_um.is_finite() && sigma_um >= 0.0) {
-            let what = "step error in um";
-            return Err(SimulatorError::BadNumber { what, value: sigma_um, expected: "zero or positive" });
-        }
+        let SimulatorConfig { flicker, drift, highlight, step_error, .. } = config;
+        require((0.0..=0.1).contains(&flicker), "flicker", flicker, "from 0 to 0.1")?;
+        require((-0.9..=0.9).contains(&drift), "drift", drift, "from -0.9 to 0.9")?;
+        require((0.0..=0.5).contains(&highlight), "highlight", highlight, "from 0 to 0.5")?;
+        let sigma_um = step_error.sigma_um;
+        let is_error = sigma_um.is_finite() && sigma_um >= 0.0;
+        require(is_error, "step error in um", sigma_um, "zero or positive")?;
         let positions = config.scan.positions_mm();
         let true_positions: Vec<f64> =
-            positions.iter().map(|&position| config.step_error.true_position_mm(position)).collect();
+            positions.iter().map(|&position| step_error.true_position_mm(position)).collect();
         let true_tau = Tau::from_positions(&true_positions)?;
         let paint = Paint::new(&config.texture);
         let print = match config.scene {
@@ -298,14 +278,7 @@ impl Simulator {
         if reference > last {
             return Err(SimulatorError::NoSuchFrame { index: reference, last });
         }
-        let value = camera.focal_length_px;
-        if !(value.is_finite() && value > 0.0) {
-            return Err(SimulatorError::BadNumber {
-                what: "rectified focal length in px",
-                value,
-                expected: "positive",
-            });
-        }
+        require_positive("rectified focal length in px", camera.focal_length_px)?;
         let positions = self.config.scan.positions_mm();
         let offsets_mm: Vec<f64> = positions.iter().map(|&position| self.scene_offset_mm(position)).collect();
         Ok(truth(&self.config.scene, &offsets_mm, camera, reference))
