@@ -73,6 +73,17 @@ impl<T: Copy> Grid<T> {
             values: self.values.iter().copied().map(convert).collect(),
         }
     }
+
+    /// A grid of the same size whose values are `combine(value, other value)`.
+    ///
+    /// # Panics
+    /// If `other` has another size.
+    pub fn zip_map<U: Copy, V>(&self, other: &Grid<U>, mut combine: impl FnMut(T, U) -> V) -> Grid<V> {
+        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "grids differ in size");
+        let pairs = self.values.iter().zip(&other.values);
+        let values = pairs.map(|(&value, &other)| combine(value, other)).collect();
+        Grid { rows: self.rows, columns: self.columns, values }
+    }
 }
 
 impl<T> Grid<T> {

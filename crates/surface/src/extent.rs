@@ -140,14 +140,10 @@ pub fn find_extent(
 /// With its holes: pixels inside that have more chosen than others, of those inside, in the square that reaches
 /// `reach` px to each side.
 fn filled(chosen: &Grid<bool>, inside: &Grid<bool>, reach: usize) -> Grid<bool> {
-    let all = count_around(inside, reach);
     let counts = count_around(chosen, reach);
-    let mut filled = chosen.clone();
-    let places = counts.values().iter().zip(all.values()).zip(inside.values());
-    for (here, ((&count, &all), &inside)) in filled.values_mut().iter_mut().zip(places) {
-        *here = *here || (inside && 2 * count > all);
-    }
-    filled
+    let is_most = counts.zip_map(&count_around(inside, reach), |count, all| 2 * count > all);
+    let holes = inside.zip_map(&is_most, |inside, is_most| inside && is_most);
+    chosen.zip_map(&holes, |chosen, hole| chosen || hole)
 }
 
 /// The union of all squares of this side that lie completely on the field (an opening by the square).
@@ -198,18 +194,8 @@ fn largest(chosen: &Grid<bool>) -> Option<Grid<bool>> {
 /// The field without pixels that have one beside it, in `inside`, in the square that reaches `reach` px to each
 /// side.
 fn without_rim(field: &Grid<bool>, inside: &Grid<bool>, reach: usize) -> Grid<bool> {
-    let mut beside = inside.clone();
-    beside
-        .values_mut()
-        .iter_mut()
-        .zip(field.values())
-        .for_each(|(beside, &field)| *beside = *beside && !field);
-    let outside = count_around(&beside, reach);
-    let mut inner = field.clone();
-    for (inner, &outside) in inner.values_mut().iter_mut().zip(outside.values()) {
-        *inner = *inner && outside == 0;
-    }
-    inner
+    let beside = inside.zip_map(field, |inside, field| inside && !field);
+    field.zip_map(&count_around(&beside, reach), |field, outside| field && outside == 0)
 }
 
 #[cfg(test)]

@@ -59,15 +59,12 @@ impl Filters {
     /// The heights between both cut-offs: smoothed by the S-filter, without what the L-filter smooths. NaN
     /// stays NaN. `heights_mm` are rows x columns, with pixels of `pixel_mm`.
     pub fn applied(&self, heights_mm: &Grid<f32>, pixel_mm: f64) -> Grid<f32> {
-        let mut kept = match self.s_filter_mm {
+        let smooth = match self.s_filter_mm {
             Some(cutoff_mm) => gaussian_mean(heights_mm, cutoff_mm / pixel_mm),
             None => heights_mm.clone(),
         };
-        if let Some(cutoff_mm) = self.l_filter_mm {
-            let waviness = gaussian_mean(&kept, cutoff_mm / pixel_mm);
-            kept.values_mut().iter_mut().zip(waviness.values()).for_each(|(kept, long)| *kept -= long);
-        }
-        kept
+        let Some(cutoff_mm) = self.l_filter_mm else { return smooth };
+        smooth.zip_map(&gaussian_mean(&smooth, cutoff_mm / pixel_mm), |smooth, long| smooth - long)
     }
 
     /// Roughness of the pixels of `rest_mm` (heights without their form) that `counts` chooses, after the
@@ -112,11 +109,8 @@ fn gaussian_mean(field: &Grid<f32>, cutoff_px: f64) -> Grid<f32> {
     let weights = weights(cutoff_px, field.rows().max(field.columns()));
     let sums = smoothed(field.map(|value| if value.is_nan() { 0.0 } else { value }), &weights);
     let totals = smoothed(field.map(|value| if value.is_nan() { 0.0 } else { 1.0 }), &weights);
-    let mut means = field.clone();
-    for ((mean, &sum), &total) in means.values_mut().iter_mut().zip(sums.values()).zip(totals.values()) {
-        *mean = if mean.is_nan() { f32::NAN } else { sum / total };
-    }
-    means
+    let means = sums.zip_map(&totals, |sum, total| sum / total);
+    field.zip_map(&means, |value, mean| if value.is_nan() { f32::NAN } else { mean })
 }
 
 /// Weights of the pixels 0, 1, 2 ... away along one axis: s(x) = exp(-pi (x / (alpha cut-off))^2), not yet

@@ -100,13 +100,8 @@ impl Heights {
     /// The heights where `chosen`, which has their size; unknown elsewhere.
     #[must_use]
     pub fn only(&self, chosen: &Grid<bool>) -> Self {
-        let masked = |map: &Grid<f32>| {
-            let mut masked = map.clone();
-            for (value, &chosen) in masked.values_mut().iter_mut().zip(chosen.values()) {
-                *value = if chosen { *value } else { f32::NAN };
-            }
-            masked
-        };
+        let masked =
+            |map: &Grid<f32>| map.zip_map(chosen, |value, chosen| if chosen { value } else { f32::NAN });
         Self { height_mm: masked(&self.height_mm), sigma_mm: masked(&self.sigma_mm), ..*self }
     }
 
@@ -119,12 +114,9 @@ impl Heights {
         let measured = of(&equal.disparity, &equal.sigma);
         let locking_mm = equal.locking.as_ref().map(|bias| {
             // Of what remains without the bias.
-            let mut true_px = equal.disparity.clone();
-            true_px.values_mut().iter_mut().zip(bias.values()).for_each(|(px, bias)| *px -= bias);
-            let mut error_mm = measured.height_mm.clone();
+            let true_px = equal.disparity.zip_map(bias, |px, bias| px - bias);
             let without = of(&true_px, &equal.sigma).height_mm;
-            error_mm.values_mut().iter_mut().zip(without.values()).for_each(|(mm, without)| *mm -= without);
-            error_mm
+            measured.height_mm.zip_map(&without, |mm, without| mm - without)
         });
         HalfHeights { dividing: of(disparity, sigma), measured, locking_mm }
     }
@@ -132,16 +124,8 @@ impl Heights {
     /// The mean with other, independent heights of the same pixels; NaN where one of them is not known.
     #[must_use]
     pub(super) fn mean_with(&self, other: &Self) -> Self {
-        let both = |one: &Grid<f32>, other: &Grid<f32>, mean: fn(f32, f32) -> f32| {
-            let mut map = one.clone();
-            map.values_mut()
-                .iter_mut()
-                .zip(other.values())
-                .for_each(|(one, &other)| *one = mean(*one, other));
-            map
-        };
-        let height_mm = both(&self.height_mm, &other.height_mm, |one, other| 0.5 * (one + other));
-        let sigma_mm = both(&self.sigma_mm, &other.sigma_mm, |one, other| 0.5 * one.hypot(other));
+        let height_mm = self.height_mm.zip_map(&other.height_mm, |one, other| 0.5 * (one + other));
+        let sigma_mm = self.sigma_mm.zip_map(&other.sigma_mm, |one, other| 0.5 * one.hypot(other));
         Self { height_mm, sigma_mm, ..self.clone() }
     }
 
@@ -211,10 +195,9 @@ pub fn heights(geometry: Geometry, disparity: &Grid<f32>, sigma: &Grid<f32>) -> 
 fn over_level(geometry: Geometry, distance_mm: f64, disparity: &Grid<f32>, sigma: &Grid<f32>) -> Heights {
     let finite = |value: f64| if value.is_finite() { value as f32 } else { f32::NAN };
     let height_mm = disparity.map(|d| finite(distance_mm - geometry.distance_mm(d)));
-    let mut sigma_mm = sigma.clone();
-    for (sigma, &d) in sigma_mm.values_mut().iter_mut().zip(disparity.values()) {
-        *sigma = finite(f64::from(*sigma) * geometry.distance_mm(d) / f64::from(d.abs()));
-    }
+    let sigma_mm = sigma.zip_map(disparity, |sigma, d| {
+        finite(f64::from(sigma) * geometry.distance_mm(d) / f64::from(d.abs()))
+    });
     Heights { height_mm, sigma_mm, distance_mm, geometry }
 }
 

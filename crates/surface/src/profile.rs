@@ -75,7 +75,9 @@ pub fn profile(
         for index in 0..line.width_px {
             let off = index as f64 - 0.5 * (line.width_px as f64 - 1.0);
             let (x, y) = (x_px + off * across.0, y_px + off * across.1);
-            if let Some((here, sigma)) = between(height_mm, x, y).zip(between(&heights.sigma_mm, x, y)) {
+            if let Some((here, sigma)) =
+                interpolated(height_mm, x, y).zip(interpolated(&heights.sigma_mm, x, y))
+            {
                 height += here;
                 variance += sigma * sigma;
                 known += 1;
@@ -102,8 +104,9 @@ pub fn profile(
     Ok(Profile { line, points })
 }
 
-/// The value between four pixels; `None` outside, and where one that matters is unknown.
-fn between(map: &Grid<f32>, x: f64, y: f64) -> Option<f64> {
+/// The value between four pixels by linear interpolation along both axes; `None` outside, and where one that matters
+/// is unknown.
+pub(crate) fn interpolated(map: &Grid<f32>, x: f64, y: f64) -> Option<f64> {
     let inside = x >= 0.0 && y >= 0.0 && x <= (map.columns() - 1) as f64 && y <= (map.rows() - 1) as f64;
     if !inside {
         return None;

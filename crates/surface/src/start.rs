@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::SurfaceError;
 use super::normal::Normal;
-use super::trend::{Field, Sample};
+use super::trend::{Field, Sample, at};
 use epirig_core::statistics::quantile;
 
 /// The best share of the field decides, so that up to a quarter may be wrong. Half would leave the choice
@@ -63,7 +63,7 @@ impl Field<'_> {
 
     /// How far a pixel lies off a trend, in units of its sigma.
     pub(super) fn off(&self, coefficients: &[f64], sample: &Sample) -> f64 {
-        (sample.height_mm - self.predicted(coefficients, sample)).abs() / sample.sigma_mm
+        (sample.height_mm - at(coefficients, &sample.row)).abs() / sample.sigma_mm
     }
 
     /// The deviation within which the best share of the points lies.

@@ -93,11 +93,7 @@ impl Trend {
     /// Its height at X and Y of the camera's frame, all in mm.
     pub fn height_mm(&self, x_mm: f64, y_mm: f64) -> f64 {
         let basis = Basis { kind: self.kind, centre: self.centre_mm, scale: 1.0 };
-        self.coefficients
-            .iter()
-            .zip(basis.row(x_mm, y_mm))
-            .map(|(coefficient, term)| coefficient * term)
-            .sum()
+        at(&self.coefficients, &basis.row(x_mm, y_mm))
     }
 
     /// Tilt in the middle of the field along x and along y, in deg; positive where the right or the lower
@@ -117,14 +113,8 @@ impl Trend {
             for j in -STEPS..=STEPS {
                 let u = f64::from(i) / f64::from(STEPS) * self.half_extent_mm.0;
                 let v = f64::from(j) / f64::from(STEPS) * self.half_extent_mm.1;
-                let row = basis.row(u, v);
-                let bow: f64 = self
-                    .coefficients
-                    .iter()
-                    .zip(row)
-                    .skip(PLANE_TERMS)
-                    .map(|(coefficient, term)| coefficient * term)
-                    .sum();
+                let curved = self.coefficients.get(PLANE_TERMS..).unwrap_or_default();
+                let bow = at(curved, &basis.row(u, v)[PLANE_TERMS..]);
                 (low, high) = (low.min(bow), high.max(bow));
             }
         }
@@ -163,6 +153,11 @@ impl Basis {
     pub(super) fn terms(&self) -> usize {
         self.kind.terms()
     }
+}
+
+/// The height of a trend with these coefficients at the place with these terms.
+pub(super) fn at(coefficients: &[f64], terms: &[f64]) -> f64 {
+    coefficients.iter().zip(terms).map(|(coefficient, term)| coefficient * term).sum()
 }
 
 /// A pixel as fits take it.
@@ -270,15 +265,6 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// The height of the trend with these coefficients (in the units of the terms) at a pixel.
-    pub(super) fn predicted(&self, coefficients: &[f64], sample: &Sample) -> f64 {
-        coefficients[..self.basis.terms()]
-            .iter()
-            .zip(sample.row)
-            .map(|(coefficient, term)| coefficient * term)
-            .sum()
-    }
-
     pub(super) fn undetermined(&self) -> SurfaceError {
         SurfaceError::Undetermined { what: self.basis.kind.in_words() }
     }
@@ -371,7 +357,7 @@ pub fn fit_trend(heights: &Heights, kind: TrendKind) -> Result<Trend, SurfaceErr
     let mut residuals = Grid::filled(rows, columns, f32::NAN);
     let (mut kept, mut outliers) = (Vec::new(), 0);
     for sample in field.samples() {
-        let residual = (sample.height_mm - field.predicted(&coefficients, &sample)) / sample.sigma_mm;
+        let residual = (sample.height_mm - at(&coefficients, &sample.row)) / sample.sigma_mm;
         if residual.abs() <= limit {
             residuals.row_mut(sample.y)[sample.x] = residual as f32;
             kept.push((sample.x, sample.y));

@@ -1,5 +1,6 @@
 //! A map at the pixels of another.
 
+use crate::profile::interpolated;
 use epirig_core::grid::Grid;
 
 /// Nearer than this to a pixel, its neighbours have no weight, in px: rounding of a whole shift.
@@ -20,34 +21,15 @@ pub(super) fn carried(
     for y in 0..rows {
         for (x, value) in carried.row_mut(y).iter_mut().enumerate() {
             let (at_x, at_y) = place(x as f64, y as f64);
-            *value = interpolated(map, at_x, at_y);
+            let found = interpolated(map, on_a_pixel(at_x), on_a_pixel(at_y));
+            *value = found.map_or(f32::NAN, |found| found as f32);
         }
     }
     carried
 }
 
-fn interpolated(map: &Grid<f32>, x: f64, y: f64) -> f32 {
-    let along = |place: f64| {
-        let place = if (place - place.round()).abs() < ON_A_PIXEL { place.round() } else { place };
-        (place.floor(), place - place.floor())
-    };
-    let ((left, share_x), (top, share_y)) = (along(x), along(y));
-    let mut sum = 0.0;
-    for (row, weight_y) in [(top, 1.0 - share_y), (top + 1.0, share_y)] {
-        for (column, weight_x) in [(left, 1.0 - share_x), (left + 1.0, share_x)] {
-            let weight = weight_x * weight_y;
-            if weight == 0.0 {
-                continue;
-            }
-            let is_inside =
-                row >= 0.0 && column >= 0.0 && row < map.rows() as f64 && column < map.columns() as f64;
-            if !is_inside {
-                return f32::NAN;
-            }
-            sum += weight * f64::from(map.at(column as usize, row as usize));
-        }
-    }
-    sum as f32
+fn on_a_pixel(place: f64) -> f64 {
+    if (place - place.round()).abs() < ON_A_PIXEL { place.round() } else { place }
 }
 
 /// Where the pixels that `inside` holds are in the second picture: all pixels of `like` that they touch.

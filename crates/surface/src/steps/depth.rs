@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::super::blocks::{Blocks, Correlation, Scatter, student_t_95};
 use super::super::normal::{MOST, Normal, Solution};
-use super::super::trend::{Field, Sample, Trend};
+use super::super::trend::{Field, Sample, Trend, at};
 use super::levels::Levels;
 use super::options::StepsOptions;
 use super::regions::{Level, Region, regions};
@@ -134,9 +134,7 @@ fn known_pixels(maps: &[&Grid<Level>]) -> usize {
 /// How far a pixel lies over its level, in mm.
 #[inline]
 fn off(solution: &Solution, sample: &Sample, terms: usize, level: Level) -> f64 {
-    let row = row(sample, terms, level);
-    sample.height_mm
-        - row[..=terms].iter().zip(&solution.values).map(|(term, value)| term * value).sum::<f64>()
+    sample.height_mm - at(solution.values.as_slice(), &row(sample, terms, level))
 }
 
 fn solve(sides: &[Side<'_>], used: &[Grid<Level>]) -> Option<Solution> {

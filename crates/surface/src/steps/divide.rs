@@ -34,10 +34,18 @@ const SPIKE: f64 = 8.0;
 /// The clearest division by any of several maps of the same surface: the first one that is clear, or else the
 /// clearest. Windows that grow with the noise smooth shallow and narrow hollows away, which smaller ones show.
 pub(super) fn divided(fields: &[&Field<'_>], options: &StepsOptions) -> Result<Divided, SurfaceError> {
+    clearest(fields.iter().map(|field| divided_by_one(field, options))).map(|(divided, _)| divided)
+}
+
+/// A division, and the depth over the scatter of the smoothed heights; or why there is none.
+type Trial = Result<(Divided, f64), SurfaceError>;
+
+/// The first trial that is clear, or else the clearest one.
+fn clearest(trials: impl Iterator<Item = Trial>) -> Trial {
     let mut best: Option<(Divided, f64)> = None;
     let mut refused: Option<SurfaceError> = None;
-    for field in fields {
-        match divided_by_one(field, options) {
+    for trial in trials {
+        match trial {
             Ok((divided, clearness)) => {
                 if best.as_ref().is_none_or(|(_, before)| clearness > *before) {
                     best = Some((divided, clearness));
@@ -49,38 +57,22 @@ pub(super) fn divided(fields: &[&Field<'_>], options: &StepsOptions) -> Result<D
             Err(error) => refused = plainer(refused, error),
         }
     }
-    best.map(|(divided, _)| divided).ok_or_else(|| refused.unwrap_or(NO_LEVELS))
+    let no_levels = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 };
+    best.ok_or(refused.unwrap_or(no_levels))
 }
 
-const NO_LEVELS: SurfaceError = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 };
-
-/// The clearest division of a field, by as little smoothing as will do, and the depth over the scatter of the
-/// smoothed heights.
-fn divided_by_one(field: &Field<'_>, options: &StepsOptions) -> Result<(Divided, f64), SurfaceError> {
+/// The clearest division of a field, by as little smoothing as will do.
+fn divided_by_one(field: &Field<'_>, options: &StepsOptions) -> Trial {
     let start = field.robust()?;
     let clean = without_spikes(&field.heights.height_mm, spike_limit(field.heights));
     let (rows, columns) = (clean.rows(), clean.columns());
-    let mut best: Option<(Divided, f64)> = None;
-    let mut refused: Option<SurfaceError> = None;
-    for reach in REACHES.into_iter().filter(|reach| 16 * (2 * reach + 1) <= rows.min(columns).max(16)) {
-        match divide(field, &start, &mean_around(&clean, reach), reach, options) {
-            Ok((divided, clearness)) if clearness >= LEAST => {
-                if best.as_ref().is_none_or(|(_, before)| clearness > *before) {
-                    best = Some((divided, clearness));
-                }
-                if clearness >= CLEAR {
-                    break;
-                }
-            }
-            Ok((divided, clearness)) => {
-                let depth_mm = divided.levels_found.depth_mm;
-                refused =
-                    plainer(refused, SurfaceError::OneLevel { depth_mm, scatter_mm: depth_mm / clearness });
-            }
-            Err(error) => refused = plainer(refused, error),
-        }
-    }
-    best.ok_or_else(|| refused.unwrap_or(NO_LEVELS))
+    let reaches = REACHES.into_iter().filter(|reach| 16 * (2 * reach + 1) <= rows.min(columns).max(16));
+    clearest(reaches.map(|reach| {
+        let (divided, clearness) = divide(field, &start, &mean_around(&clean, reach), reach, options)?;
+        let depth_mm = divided.levels_found.depth_mm;
+        let one_level = SurfaceError::OneLevel { depth_mm, scatter_mm: depth_mm / clearness };
+        if clearness >= LEAST { Ok((divided, clearness)) } else { Err(one_level) }
+    }))
 }
 
 /// Of two reasons the one that says more: levels that were seen, or else the clearest division.
@@ -124,15 +116,14 @@ impl Divided {
     }
 }
 
-/// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights
-/// that lie clear of the walls.
+/// Divides by the smoothed heights; their scatter is that of those that lie clear of the walls.
 fn divide(
     field: &Field<'_>,
     start: &[f64],
     smoothed: &Grid<f32>,
     reach: usize,
     options: &StepsOptions,
-) -> Result<(Divided, f64), SurfaceError> {
+) -> Trial {
     let points = points(field, smoothed);
     let one_level = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: scatter_about(start, &points) };
     let mut levels = two_levels(&points, start).ok_or(one_level.clone())?;

@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use super::super::normal::{MOST_TERMS, Normal, Solution};
+use super::super::trend::at;
 use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
 /// Most rounds. A field of two levels converges in fewer; one of a single level may not, and is refused
@@ -82,11 +83,6 @@ pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
     let starts = limits.map(|limit| below(points, middle, limit));
     let starts = starts.into_iter().chain(simpler.map(|levels| levels.low(points)));
     most_likely(points, &Whole::new(points, middle.len())?, starts)
-}
-
-/// A trend at the place with these terms, in mm.
-fn at(trend: &[f64], row: &[f64; MOST_TERMS]) -> f64 {
-    trend.iter().zip(row).map(|(coefficient, term)| coefficient * term).sum()
 }
 
 /// 1 for each point whose height over a trend is less than `limit`, else 0.
