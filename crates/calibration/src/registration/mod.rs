@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced_frame;
 use pair::{BORDER, Pair, Sums};
 use pyramid::{best_whole_shift, pyramid};
 pub use similarity::{Similarity, similarity_between};
@@ -165,10 +166,7 @@ fn check_shapes(first: &Frame, second: &Frame) -> Result<(), ShiftError> {
 
 /// The samples less `mean`, so that sums of squares keep their digits.
 fn image(frame: &Frame, mean: f32) -> Grid<f32> {
-    let mut image = Grid::filled(frame.rows(), frame.columns(), 0.0);
-    frame.samples().copy_to_f32(0, image.values_mut());
-    image.values_mut().iter_mut().for_each(|value| *value -= mean);
-    image
+    reduced_frame(frame, 1).map(|value| value - mean)
 }
 
 /// 0 at and around pixels at full scale, 1 elsewhere, for both frames; `None` if no pixel is at full scale.
@@ -239,7 +237,8 @@ fn judge(pair: &Pair, found: Option<Found>) -> Result<Shift, ShiftError> {
     let agreement = pair.agreement(shift, &sums).ok_or(OPEN)?;
     let light = sums.light();
     // Rounding limits the precision by weak gradients, however well the frames agree.
-    let rounding_px = sigma(agreement.squares, &agreement.squares_as_products(), ROUNDING_DN2);
+    let [xx, xy, yy] = agreement.squares;
+    let rounding_px = sigma(agreement.squares, &[xx, xy, xy, yy], ROUNDING_DN2);
     if rounding_px > WORST_SIGMA_PX {
         return Err(ShiftError::TooLittleTexture { sigma_px: rounding_px });
     }

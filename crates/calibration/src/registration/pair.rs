@@ -54,14 +54,6 @@ pub(super) struct Agreement {
     pub products: [f64; 4],
 }
 
-impl Agreement {
-    /// The squared gradients in the order of the products.
-    pub(super) fn squares_as_products(&self) -> [f64; 4] {
-        let [xx, xy, yy] = self.squares;
-        [xx, xy, xy, yy]
-    }
-}
-
 /// The pixels of the first image that both show, and where they are in the second.
 #[derive(Debug, Clone, Copy)]
 struct Overlap {
@@ -222,16 +214,17 @@ impl Lines {
     fn sums(&self) -> Sums {
         let mut sums = Sums::default();
         sums.add_values(self, 0..self.a.len());
-        let weighted = |values: &[f32]| -> Vec<f32> {
-            values.iter().zip(&self.weight).map(|(value, weight)| value * weight).collect()
-        };
-        let [x, y] = [weighted(&self.gradient[0]), weighted(&self.gradient[1])];
+        let [x, y] = [0, 1].map(|axis| products(&self.gradient[axis], &self.weight));
         sums.g = [dot(&x, &self.weight), dot(&y, &self.weight)];
         sums.ga = [dot(&x, &self.a), dot(&y, &self.a)];
         sums.gb = [dot(&x, &self.b), dot(&y, &self.b)];
         sums.gg = [dot(&x, &self.gradient[0]), dot(&x, &self.gradient[1]), dot(&y, &self.gradient[1])];
         sums
     }
+}
+
+fn products(values: &[f32], weights: &[f32]) -> Vec<f32> {
+    values.iter().zip(weights).map(|(value, weight)| value * weight).collect()
 }
 
 /// Sum of products, in eight parts that a processor adds at once.
@@ -248,10 +241,7 @@ fn dot(one: &[f32], other: &[f32]) -> f64 {
 impl Sums {
     fn add_values(&mut self, lines: &Lines, range: std::ops::Range<usize>) {
         let (a, b, weight) = (&lines.a[range.clone()], &lines.b[range.clone()], &lines.weight[range]);
-        let weighted = |values: &[f32]| -> Vec<f32> {
-            values.iter().zip(weight).map(|(value, weight)| value * weight).collect()
-        };
-        let (wa, wb) = (weighted(a), weighted(b));
+        let (wa, wb) = (products(a, weight), products(b, weight));
         self.count += dot(weight, weight);
         self.a += dot(&wa, weight);
         self.b += dot(&wb, weight);
@@ -326,14 +316,11 @@ impl Band {
         let values = lines.a.iter().zip(&lines.b).zip(&lines.weight);
         let residuals: Vec<f32> = values.map(|((a, b), weight)| (b - light * a - offset) * weight).collect();
         self.squares += dot(&residuals, &residuals);
-        let weighted = |values: &[f32]| -> Vec<f32> {
-            values.iter().zip(&lines.weight).map(|(value, weight)| value * weight).collect()
-        };
-        let [x, y] = [weighted(&lines.gradient[0]), weighted(&lines.gradient[1])];
+        let [x, y] = [0, 1].map(|axis| products(&lines.gradient[axis], &lines.weight));
         let [second_x, second_y] = &lines.second_gradient;
         let gg = [dot(&x, &x), dot(&x, &y), dot(&y, &y)];
         let products = [dot(&x, second_x), dot(&x, second_y), dot(&y, second_x), dot(&y, second_y)];
-        self.merge(&Self { squares: 0.0, gg, products, covariances: [0.0; 3] });
+        self.merge(&Self { gg, products, ..Self::default() });
     }
 
     fn merge(&mut self, other: &Self) {

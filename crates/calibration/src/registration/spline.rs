@@ -36,22 +36,18 @@ pub(super) fn combine_rows(
     weights: [f32; TAPS],
     out: &mut [f32],
 ) {
-    let [a, b, c, d] =
-        [0, 1, 2, 3].map(|offset| &coefficients.row(row - 1 + offset)[start..start + out.len()]);
-    let [wa, wb, wc, wd] = weights;
-    let rows = a.iter().zip(b).zip(c).zip(d);
-    out.iter_mut().zip(rows).for_each(|(out, (((a, b), c), d))| *out = wa * a + wb * b + wc * c + wd * d);
+    let rows = [0, 1, 2, 3].map(|offset| &coefficients.row(row - 1 + offset)[start..start + out.len()]);
+    combine(rows, weights, out);
 }
 
 /// Combines each four neighbours of `line`, which is longer than `out` by three.
 pub(super) fn combine_along(line: &[f32], weights: [f32; TAPS], out: &mut [f32]) {
-    let count = out.len();
-    let [a, b, c, d] = [0, 1, 2, 3].map(|offset| &line[offset..offset + count]);
-    let [wa, wb, wc, wd] = weights;
-    let neighbours = a.iter().zip(b).zip(c).zip(d);
-    out.iter_mut()
-        .zip(neighbours)
-        .for_each(|(out, (((a, b), c), d))| *out = wa * a + wb * b + wc * c + wd * d);
+    combine([0, 1, 2, 3].map(|offset| &line[offset..offset + out.len()]), weights, out);
+}
+
+fn combine([a, b, c, d]: [&[f32]; TAPS], [wa, wb, wc, wd]: [f32; TAPS], out: &mut [f32]) {
+    let taps = a.iter().zip(b).zip(c).zip(d);
+    out.iter_mut().zip(taps).for_each(|(out, (((a, b), c), d))| *out = wa * a + wb * b + wc * c + wd * d);
 }
 
 #[cfg(test)]
