@@ -98,13 +98,7 @@ mod tests {
                 }
             }
         }
-        let tracks = Tracks {
-            corners,
-            observations: Vec::new(),
-            corners_in_frame: Vec::new(),
-            dropped: 0,
-            anchored: vec![true; 2],
-        };
+        let tracks = Tracks { corners, observations: Vec::new(), dropped: 0, anchored: vec![true; 2] };
         let found = outlines(&points, &tracks, 1000.0, (500.0, 400.0));
         assert_eq!(found.len(), 2);
         let place =

@@ -65,14 +65,7 @@ fn scan(seed: u64, frames: usize, noise: f64) -> Scan {
             observations.push(Observation { frame, corner, x_px, y_px, sigma_px: 0.5 * NOISE_PX });
         }
     }
-    let count = corners.len();
-    let tracks = Tracks {
-        corners,
-        observations,
-        corners_in_frame: vec![count; frames],
-        dropped: 0,
-        anchored: vec![true; 2],
-    };
+    let tracks = Tracks { corners, observations, dropped: 0, anchored: vec![true; 2] };
     let mut known = LENS.to_array();
     known.iter_mut().zip(SIGMA).for_each(|(value, sigma)| *value += normal(sigma));
     let lens = LensEstimate::independent(512, 512, Lens::from_array(known), SIGMA);

@@ -3,7 +3,7 @@
 use super::board::{ChessBoard, FoundBoard};
 use super::label;
 use epirig_core::frame::Frame;
-use epirig_core::grid::Grid;
+use epirig_core::image::reduced_frame;
 
 /// Edges that are blurred less are found at full size, in px: detection smooths them as much again.
 const SHARP_PX: f64 = 1.4;
@@ -19,9 +19,7 @@ const SHARP_PX: f64 = 1.4;
 /// right, if its size allows that; its labels begin near 0 and are right up to a shift by an even sum, since
 /// corners with an even sum have a dark square before them ([`FoundBoard::even_dark`]).
 pub fn find_boards(frame: &Frame, board: &ChessBoard, count: usize) -> Vec<FoundBoard> {
-    let mut samples = vec![0.0_f32; frame.samples().len()];
-    frame.samples().copy_to_f32(0, &mut samples);
-    let Some(image) = Grid::from_values(frame.rows(), frame.columns(), samples) else { return Vec::new() };
+    let image = reduced_frame(frame, 1);
     let found = label::boards(&image, 1, board, count);
     // A board that is sharp at full size is not found better at half of it: the rest of it is out of view.
     let size = (frame.rows(), frame.columns());

@@ -43,7 +43,7 @@ pub(super) fn boards(image: &Grid<f32>, scale: usize, board: &ChessBoard, count:
     let mut found: Vec<FoundBoard> = Vec::new();
     for mut lattice in lattices(&scene).into_iter().take(MOST_LATTICES) {
         if scale == 2 {
-            lattice.corners.values_mut().for_each(|(x, y)| (*x, *y) = (2.0 * *x + 0.5, 2.0 * *y + 0.5));
+            lattice.values_mut().for_each(|(x, y)| (*x, *y) = (2.0 * *x + 0.5, 2.0 * *y + 0.5));
         }
         if let Some(next) = Labelled::new(&lattice, board).and_then(|labelled| labelled.finish(image))
             && !found.iter().any(|other| share_a_corner(other, &next))
@@ -64,7 +64,7 @@ fn share_a_corner(one: &FoundBoard, other: &FoundBoard) -> bool {
 /// Rough corners with labels from 0 on.
 struct Labelled<'a> {
     board: &'a ChessBoard,
-    rough: BTreeMap<Label, (f64, f64)>,
+    rough: Lattice,
     /// Whether the square between the directions to higher columns and to higher rows is bright at even sums
     /// of column and row.
     even_bright: bool,
@@ -78,7 +78,7 @@ struct Steps {
 
 impl Steps {
     /// Of the corners around a label.
-    fn at(places: &BTreeMap<Label, (f64, f64)>, (column, row): Label) -> Option<Self> {
+    fn at(places: &Lattice, (column, row): Label) -> Option<Self> {
         // The longer the chord about the corner, the better; if its own row has none, a row beside it will
         // do.
         let along = |dc: i32, dr: i32| {
@@ -103,18 +103,18 @@ impl Steps {
 }
 
 /// A lattice turned by quarters: its rows along the lattice's columns, and so on.
-fn turned(lattice: &Lattice, quarters: usize) -> BTreeMap<Label, (f64, f64)> {
+fn turned(lattice: &Lattice, quarters: usize) -> Lattice {
     let turn = |&(i, j): &Label| match quarters {
         0 => (i, j),
         1 => (j, -i),
         2 => (-i, -j),
         _ => (-j, i),
     };
-    lattice.corners.iter().map(|(at, &place)| (turn(at), place)).collect()
+    lattice.iter().map(|(at, &place)| (turn(at), place)).collect()
 }
 
 /// The window of columns x rows with most corners: how many, and its first column and row.
-fn fullest_window(places: &BTreeMap<Label, (f64, f64)>, board: &ChessBoard) -> (usize, Label) {
+fn fullest_window(places: &Lattice, board: &ChessBoard) -> (usize, Label) {
     let starts = |size: usize, of: fn(&Label) -> i32| {
         let (first, last) =
             places.keys().map(of).fold((i32::MAX, i32::MIN), |(a, b), v| (a.min(v), b.max(v)));
@@ -133,7 +133,7 @@ fn fullest_window(places: &BTreeMap<Label, (f64, f64)>, board: &ChessBoard) -> (
 }
 
 /// The mean step from column to column, as an angle from the image's x, in rad.
-fn column_angle(places: &BTreeMap<Label, (f64, f64)>) -> f64 {
+fn column_angle(places: &Lattice) -> f64 {
     let (mut dx, mut dy) = (0.0, 0.0);
     for (&(column, row), here) in places {
         if let Some(next) = places.get(&(column + 1, row)) {
@@ -174,7 +174,7 @@ impl<'a> Labelled<'a> {
     fn refined(
         &self,
         image: &Grid<f32>,
-        places: &BTreeMap<Label, (f64, f64)>,
+        places: &Lattice,
         label: Label,
         (x_px, y_px): (f64, f64),
     ) -> Option<Corner> {
@@ -220,8 +220,7 @@ impl<'a> Labelled<'a> {
 
     /// Fits corners at the places that the found ones predict; whether any was added.
     fn add_overlooked(&self, image: &Grid<f32>, corners: &mut BTreeMap<Label, Corner>) -> bool {
-        let places: BTreeMap<Label, (f64, f64)> =
-            corners.iter().map(|(&at, corner)| (at, (corner.x_px, corner.y_px))).collect();
+        let places = places_of(corners);
         let mut added = false;
         let labels: Vec<Label> = corners.keys().copied().collect();
         for (label, (dc, dr)) in
@@ -231,17 +230,27 @@ impl<'a> Labelled<'a> {
             if corners.contains_key(&missing) || !self.has_room(corners, missing) {
                 continue;
             }
-            let Some(behind) = places.get(&(label.0 - dc, label.1 - dr)) else { continue };
-            let here = places[&label];
-            let expected = (2.0 * here.0 - behind.0, 2.0 * here.1 - behind.1);
-            if let Some(corner) = self.refined(image, &places, missing, expected)
-                && corner.contrast_dn > CONTRAST * corners[&label].contrast_dn
-            {
+            if let Some(corner) = self.next(image, &places, corners[&label].contrast_dn, (label, missing)) {
                 corners.insert(missing, corner);
                 added = true;
             }
         }
         added
+    }
+
+    /// The corner beyond one of this contrast, if there is one as clear: `next` is the label beside `here`.
+    fn next(
+        &self,
+        image: &Grid<f32>,
+        places: &Lattice,
+        contrast_dn: f64,
+        (here, next): (Label, Label),
+    ) -> Option<Corner> {
+        let behind = places.get(&(2 * here.0 - next.0, 2 * here.1 - next.1))?;
+        let (x_px, y_px) = places[&here];
+        let expected = (2.0 * x_px - behind.0, 2.0 * y_px - behind.1);
+        let corner = self.refined(image, places, next, expected)?;
+        (corner.contrast_dn > CONTRAST * contrast_dn).then_some(corner)
     }
 
     /// Columns and rows that continue the lattice beyond a complete board: one at each side where half of those
@@ -252,8 +261,7 @@ impl<'a> Labelled<'a> {
         if corners.len() != self.board.corners() {
             return (0, 0);
         }
-        let places: BTreeMap<Label, (f64, f64)> =
-            corners.iter().map(|(&at, corner)| (at, (corner.x_px, corner.y_px))).collect();
+        let places = places_of(corners);
         let goes_on = |dc: i32, dr: i32| {
             let edge: Vec<Label> = places
                 .keys()
@@ -261,13 +269,11 @@ impl<'a> Labelled<'a> {
                 .filter(|&(column, row)| !places.contains_key(&(column + dc, row + dr)))
                 .collect();
             let looked_at = edge.iter().step_by(edge.len().div_ceil(LOOKED_AT).max(1));
-            let is_corner = |&&(column, row): &&Label| {
-                let (here, behind) = (places[&(column, row)], places.get(&(column - dc, row - dr))?);
-                let expected = (2.0 * here.0 - behind.0, 2.0 * here.1 - behind.1);
-                let next = self.refined(image, &places, (column + dc, row + dr), expected)?;
-                (next.contrast_dn > CONTRAST * corners[&(column, row)].contrast_dn).then_some(())
+            let goes_on = |&&label: &&Label| {
+                let beyond = (label.0 + dc, label.1 + dr);
+                self.next(image, &places, corners[&label].contrast_dn, (label, beyond)).is_some()
             };
-            let found = looked_at.clone().filter(|label| is_corner(label).is_some()).count();
+            let found = looked_at.clone().filter(goes_on).count();
             usize::from(2 * found > looked_at.count())
         };
         (goes_on(1, 0) + goes_on(-1, 0), goes_on(0, 1) + goes_on(0, -1))
@@ -316,6 +322,10 @@ impl<'a> Labelled<'a> {
             contrast_dn,
         }
     }
+}
+
+fn places_of(corners: &BTreeMap<Label, Corner>) -> Lattice {
+    corners.iter().map(|(&at, corner)| (at, (corner.x_px, corner.y_px))).collect()
 }
 
 /// Removes corners that have much less contrast than those around them: where the board ends, shadows make

@@ -32,12 +32,8 @@ const LEAST_EDGE: f64 = 0.35;
 /// Less corners than this are no part of a board: texture has pairs and squares of saddles by chance.
 pub(super) const LEAST_CORNERS: usize = 6;
 
-/// Corners by column and row, both from an arbitrary zero. Column to row turns as x to y.
-#[derive(Debug)]
-pub(super) struct Lattice {
-    /// Where they are, in px.
-    pub(super) corners: BTreeMap<(i32, i32), (f64, f64)>,
-}
+/// Where corners are, in px, by column and row, both from an arbitrary zero. Column to row turns as x to y.
+pub(super) type Lattice = BTreeMap<(i32, i32), (f64, f64)>;
 
 struct Growing<'a> {
     scene: &'a Scene,
@@ -74,10 +70,10 @@ pub(super) fn lattices(scene: &Scene) -> Vec<Lattice> {
         if members.len() >= LEAST_CORNERS {
             members.values().for_each(|&index| growing.taken[index] = true);
             let place = |&index: &usize| (scene.candidates[index].x, scene.candidates[index].y);
-            found.push(Lattice { corners: members.iter().map(|(&at, index)| (at, place(index))).collect() });
+            found.push(members.iter().map(|(&at, index)| (at, place(index))).collect());
         }
     }
-    found.sort_by_key(|lattice| std::cmp::Reverse(lattice.corners.len()));
+    found.sort_by_key(|lattice: &Lattice| std::cmp::Reverse(lattice.len()));
     found
 }
 

@@ -51,13 +51,6 @@ impl Page {
     }
 }
 
-/// A straight line of [`LINE_MM`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Line {
-    from_mm: (f64, f64),
-    to_mm: (f64, f64),
-}
-
 /// Letters that begin at a place.
 #[derive(Debug, Clone, PartialEq)]
 struct Text {
@@ -74,7 +67,8 @@ pub struct Sheet {
     square_mm: f64,
     /// Upper left corners of dark squares.
     squares: Vec<(f64, f64)>,
-    lines: Vec<Line>,
+    /// Straight lines of [`LINE_MM`]: x and y of both ends.
+    lines: Vec<[f64; 4]>,
     texts: Vec<Text>,
 }
 
@@ -192,7 +186,7 @@ impl Sheet {
     }
 
     fn line(&mut self, from_mm: (f64, f64), to_mm: (f64, f64)) {
-        self.lines.push(Line { from_mm, to_mm });
+        self.lines.push([from_mm.0, from_mm.1, to_mm.0, to_mm.1]);
     }
 }
 

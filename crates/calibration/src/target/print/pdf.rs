@@ -52,8 +52,7 @@ impl Sheet {
         }
         drawing.push_str("f\n");
         for line in &self.lines {
-            let [x1, y1] = [line.from_mm.0, line.from_mm.1].map(number);
-            let [x2, y2] = [line.to_mm.0, line.to_mm.1].map(number);
+            let [x1, y1, x2, y2] = line.map(number);
             let _ = writeln!(drawing, "{x1} {y1} m {x2} {y2} l S");
         }
         for text in &self.texts {

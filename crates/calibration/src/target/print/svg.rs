@@ -24,8 +24,7 @@ impl Sheet {
         }
         let _ = writeln!(svg, "</g>\n<g stroke=\"black\" stroke-width=\"{LINE_MM}\">");
         for line in &self.lines {
-            let [x1, y1] = [line.from_mm.0, line.from_mm.1].map(number);
-            let [x2, y2] = [line.to_mm.0, line.to_mm.1].map(number);
+            let [x1, y1, x2, y2] = line.map(number);
             let _ = writeln!(svg, "<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>");
         }
         svg.push_str("</g>\n<g font-family=\"Helvetica, Arial, sans-serif\">\n");

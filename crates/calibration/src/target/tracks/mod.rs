@@ -58,8 +58,6 @@ pub struct Tracks {
     pub corners: Vec<TrackedCorner>,
     /// Where they were seen, in the order of frames.
     pub observations: Vec<Observation>,
-    /// Number of corners in each frame; 0 where there is no board.
-    pub corners_in_frame: Vec<usize>,
     /// Corners that were found but are in no track: they fit no label, or not the motion.
     pub dropped: usize,
     /// For each band whether its labels are the target's own. If not, all of them may be off by one shift,
@@ -120,12 +118,10 @@ fn assemble(
     seen.sort_by_key(|&(frame, corner, _)| (frame, corner));
     let corners: Vec<TrackedCorner> =
         seen.iter().map(|&(_, corner, _)| corner).collect::<BTreeSet<_>>().into_iter().collect();
-    let mut corners_in_frame = vec![0; found.len()];
     let mut observations = Vec::with_capacity(seen.len());
     for (frame, tracked, corner) in seen {
         // Every corner that was seen is in the list.
         let Ok(index) = corners.binary_search(&tracked) else { continue };
-        corners_in_frame[frame] += 1;
         let (x_px, y_px, sigma_px) = (corner.x_px, corner.y_px, corner.sigma_px);
         observations.push(Observation { frame, corner: index, x_px, y_px, sigma_px });
     }
@@ -134,7 +130,6 @@ fn assemble(
         dropped: all - observations.len(),
         corners,
         observations,
-        corners_in_frame,
         anchored: lines.iter().map(|line| line.anchored).collect(),
     }
 }
