@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::TextureMotionError;
-use super::follow::{Sight, Track};
+use super::follow::Track;
+use super::point::Sight;
 use super::search::Found;
 use epirig_core::statistics::median;
 
@@ -243,10 +244,10 @@ fn finish(
     middle *= cells / (cells - 1.0).max(1.0);
     let by_cells = &inverse * middle * &inverse;
     let direction = direction(&used, &s);
-    let rhos = weighted(
+    let rho_at = quantiles(
         used.iter().map(|(_, line, weights)| (line.rho, line.rho * line.rho * weights.iter().sum::<f64>())),
     );
-    let typical_rho = rhos.at(0.5);
+    let typical_rho = rho_at(0.5);
     let turned = [
         found.direction[0] - direction.slope * found.direction[1],
         found.direction[1] + direction.slope * found.direction[0],
@@ -257,7 +258,7 @@ fn finish(
             position: s,
             across: direction.across,
             direction: turned.map(|part| part / length),
-            rho: (rhos.at(0.005), rhos.at(0.995)),
+            rho: (rho_at(0.005), rho_at(0.995)),
             anchors: found.anchors.clone(),
         },
         covariances: [by_cells, scale * scale * inverse],
@@ -341,25 +342,17 @@ fn direction(used: &[(&Track, &Line, &Vec<f64>)], s: &[f64]) -> Slope {
     }
 }
 
-/// Values in their order, with the weight of all up to each.
-struct Weighted(Vec<(f64, f64)>);
-
-fn weighted(values: impl Iterator<Item = (f64, f64)>) -> Weighted {
+/// Quantiles of values, each with its weight.
+fn quantiles(values: impl Iterator<Item = (f64, f64)>) -> impl Fn(f64) -> f64 {
     let mut values: Vec<(f64, f64)> = values.collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut sum = 0.0;
+    let mut all = 0.0;
+    // The weight of all up to each.
     values.iter_mut().for_each(|value| {
-        sum += value.1;
-        value.1 = sum;
+        all += value.1;
+        value.1 = all;
     });
-    Weighted(values)
-}
-
-impl Weighted {
-    fn at(&self, share: f64) -> f64 {
-        let all = self.0.last().map_or(0.0, |last| last.1);
-        self.0.iter().find(|value| value.1 >= share * all).map_or(0.0, |value| value.0)
-    }
+    move |share| values.iter().find(|value| value.1 >= share * all).map_or(0.0, |value| value.0)
 }
 
 impl Adjusted {

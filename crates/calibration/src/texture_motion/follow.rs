@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::TextureMotionError;
 use super::frames::Frames;
-use super::point::{Scratch, Template, squares};
+use super::point::{Scratch, Sight, Template, squares};
 use super::search::{Found, Looked, rho_of, some_of, turned, wider};
 use crate::block::Block;
 
@@ -16,17 +16,6 @@ const FEWEST_POINTS: usize = 24;
 const MOST_POINTS: usize = 400;
 /// Fewest frames of a point, its anchor included: two tell rho, the third whether they agree.
 const FEWEST_FRAMES: usize = 3;
-
-/// A point in a frame, in px of the frames.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sight {
-    pub(super) frame: usize,
-    /// How far it has moved along and across the motion since its anchor.
-    pub(super) along: f64,
-    pub(super) across: f64,
-    pub(super) along_variance: f64,
-    pub(super) across_variance: f64,
-}
 
 /// A point in all frames that show it.
 #[derive(Debug, Clone)]
@@ -84,22 +73,13 @@ pub(super) fn follow(
                 rho * (found.position[frame] - found.position[*anchor]) / px,
                 (found.across[frame] - found.across[*anchor]) / px,
             ];
-            template.place(&picture, start, scratch)
+            template.place(&picture, (frame, px), start, scratch)
         };
         points.iter().map(place).collect::<Vec<_>>()
     });
     let placed: Vec<Vec<_>> = placed.collect();
-    for (frame, placed) in placed.into_iter().enumerate() {
-        for (point, placed) in points.iter_mut().zip(placed) {
-            let Some(placed) = placed else { continue };
-            point.3.sights.push(Sight {
-                frame,
-                along: px * placed.along,
-                across: px * placed.across,
-                along_variance: px * px * placed.along_variance,
-                across_variance: px * px * placed.across_variance,
-            });
-        }
+    for placed in placed {
+        points.iter_mut().zip(placed).for_each(|(point, sight)| point.3.sights.extend(sight));
     }
     let tracks = points.into_iter().map(|point| point.3);
     Ok(tracks.filter(|track| track.sights.len() >= FEWEST_FRAMES).collect())

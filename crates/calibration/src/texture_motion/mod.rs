@@ -14,7 +14,6 @@
 //! The direction of the motion follows from displacements across it.
 
 mod adjust;
-mod compared;
 mod error;
 mod follow;
 mod frames;
@@ -101,13 +100,14 @@ impl TextureMotion {
     }
 }
 
-/// A way to turn images.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Turn {
-    /// As the hands of a clock.
-    Clockwise,
-    /// Against them.
-    CounterClockwise,
+epirig_core::choices! {
+    /// A way to turn images.
+    pub enum Turn {
+        /// As the hands of a clock.
+        Clockwise = "clockwise",
+        /// Against them.
+        CounterClockwise = "counter-clockwise",
+    }
 }
 
 impl Turn {
@@ -116,15 +116,6 @@ impl Turn {
     pub fn against(angle: f64) -> Self {
         // Rows count downwards: contents that move to the right and down go clockwise from the rows.
         if angle > 0.0 { Self::CounterClockwise } else { Self::Clockwise }
-    }
-}
-
-impl std::fmt::Display for Turn {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(match self {
-            Self::Clockwise => "clockwise",
-            Self::CounterClockwise => "counter-clockwise",
-        })
     }
 }
 

@@ -85,10 +85,11 @@ pub(super) struct Template {
     direction: [f64; 2],
 }
 
-/// A square that was found in another picture.
+/// A point in a frame, in px of the frames.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Placed {
-    /// How far it has moved along and across the motion, in px.
+pub(super) struct Sight {
+    pub(super) frame: usize,
+    /// How far it has moved along and across the motion since its anchor.
     pub(super) along: f64,
     pub(super) across: f64,
     /// Variances by what is left unexplained.
@@ -131,13 +132,14 @@ impl Template {
 
     /// Places the square in `picture`, from a start `along` and `across` the motion: Gauss-Newton steps with
     /// gradients of the square itself, whose noise is independent of the picture's; contrast and brightness are
-    /// free.
+    /// free. The picture is that of a frame, reduced by `px`.
     pub(super) fn place(
         &self,
         picture: &Grid<f32>,
+        (frame, px): (usize, f64),
         start: [f64; 2],
         scratch: &mut Scratch,
-    ) -> Option<Placed> {
+    ) -> Option<Sight> {
         let [cos, sin] = self.direction;
         let mut moved = start;
         let count = (self.side * self.side) as f64;
@@ -163,11 +165,12 @@ impl Template {
                 let left = (energy - fit.dot(&products)).max(0.0);
                 let variance = (left / (count - 4.0)).max(ROUNDING_DN2) / (fit[0] * fit[0]);
                 let correlates = energy > 0.0 && left <= (1.0 - LEAST_CORRELATION.powi(2)) * energy;
-                return correlates.then_some(Placed {
-                    along: moved[0],
-                    across: moved[1],
-                    along_variance: variance * self.inverse[(1, 1)],
-                    across_variance: variance * self.inverse[(2, 2)],
+                return correlates.then_some(Sight {
+                    frame,
+                    along: px * moved[0],
+                    across: px * moved[1],
+                    along_variance: px * px * (variance * self.inverse[(1, 1)]),
+                    across_variance: px * px * (variance * self.inverse[(2, 2)]),
                 });
             }
         }

@@ -3,12 +3,11 @@
 use rayon::prelude::*;
 
 use super::TextureMotionError;
-use super::compared::{
-    AMBIGUOUS, CLEAR_PX, FEWEST, LEAST_CORRELATION, MOVES_PX, ONE_PLACE_PX, POINTS, SIDE, peak,
-};
 use super::frames::Frames;
 use super::point::squares;
-use super::start::{Start, start};
+use super::start::{
+    AMBIGUOUS, CLEAR_PX, FEWEST, LEAST_CORRELATION, MOVES_PX, ONE_PLACE_PX, POINTS, SIDE, Start, peak, start,
+};
 use crate::block::Block;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{median, quantile};
