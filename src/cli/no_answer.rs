@@ -40,7 +40,7 @@ fn measured(sequence: &Sequence, calibration: Option<&(Calibration, Maps)>) -> (
         Some(calibration) => Some(calibration.positions.tau.clone()),
         None => sequence.positions_mm(),
     };
-    let mut motion = places.map_or_else(|| check.motion(), |places| check.motion_at(&places));
+    let mut motion = check.motion(places.as_deref());
     if calibration.is_some_and(|calibration| calibration.stage_axis.is_some()) {
         // The frames were turned by its direction before they were matched.
         motion.doubts.retain(|doubt| !matches!(doubt, Doubt::Oblique { .. }));

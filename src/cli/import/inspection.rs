@@ -100,10 +100,7 @@ impl Inspector for Inspection {
     }
 
     fn findings(&mut self) -> Vec<String> {
-        let motion = match &self.places {
-            Some(places) => self.check.motion_at(places),
-            None => self.check.motion(),
-        };
+        let motion = self.check.motion(self.places.as_deref());
         let has = |is: fn(&Doubt) -> bool| motion.doubts.iter().any(is);
         // Frames that return are refused there.
         self.is_uneven = has(|doubt| matches!(doubt, Doubt::Uneven { .. }))

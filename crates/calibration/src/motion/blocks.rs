@@ -16,26 +16,12 @@ const AMBIGUOUS: f32 = 0.06;
 /// Fall of the correlation from its peak to one pixel beside it: less leaves the shift along that axis open.
 const LEAST_FALL: f32 = 0.004;
 
-/// A block that was found again.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shift {
-    /// Whither it has moved, in pixels of the reduced picture.
-    pub(super) x: f32,
-    pub(super) y: f32,
-}
+/// Whither a block has moved that was found again: columns and rows, in pixels of the reduced picture.
+pub(super) type Shift = (f32, f32);
 
-/// What was found between two pictures.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Shifts {
-    /// Blocks with texture.
-    pub(super) textured: usize,
-    /// Those that were found again at one place.
-    pub(super) found: Vec<Shift>,
-}
-
-/// Shifts of the blocks of `from` on their way to `to`.
-pub(super) fn shifts(from: &Reduced, to: &Reduced) -> Shifts {
-    let mut shifts = Shifts::default();
+/// Shifts of the blocks of `from` on their way to `to`, of those that were found again at one place.
+pub(super) fn shifts(from: &Reduced, to: &Reduced) -> Vec<Shift> {
+    let mut shifts = Vec::new();
     let (rows, columns) = (from.coarse.rows(), from.coarse.columns());
     if (to.coarse.rows(), to.coarse.columns()) != (rows, columns) {
         return shifts;
@@ -43,10 +29,8 @@ pub(super) fn shifts(from: &Reduced, to: &Reduced) -> Shifts {
     for top in (0..rows.saturating_sub(SIDE - 1)).step_by(PITCH) {
         for left in (0..columns.saturating_sub(SIDE - 1)).step_by(PITCH) {
             let Some(block) = Block::of(&from.coarse, top, left, SIDE) else { continue };
-            shifts.textured += 1;
-            shifts.found.extend(
-                coarse_shift(&block, &to.coarse).and_then(|start| fine_shift(from, to, top, left, start)),
-            );
+            let start = coarse_shift(&block, &to.coarse);
+            shifts.extend(start.and_then(|start| fine_shift(from, to, top, left, start)));
         }
     }
     shifts
@@ -80,5 +64,5 @@ fn fine_shift(from: &Reduced, to: &Reduced, top: usize, left: usize, start: (isi
     let beside = |dx, dy| block.correlation(&to.fine, x + dx, y + dy);
     let part_x = parabola(beside(-1, 0)?, beside(1, 0)?)?;
     let part_y = parabola(beside(0, -1)?, beside(0, 1)?)?;
-    Some(Shift { x: x as f32 + part_x, y: y as f32 + part_y })
+    Some((x as f32 + part_x, y as f32 + part_y))
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::along;
-use super::blocks::{Shift, Shifts, shifts};
+use super::blocks::{Shift, shifts};
 use super::doubt::{Doubt, Motion};
 use super::order::Distances;
 use super::reduced::Reduced;
@@ -42,7 +42,7 @@ const CELL: usize = 16;
 const CHANGES: f32 = 1.5;
 
 /// The shift of what moves between two frames.
-type Moved = Option<(f32, f32)>;
+type Moved = Option<Shift>;
 
 pub(super) struct Judge<'a> {
     frames: Vec<(usize, &'a Reduced)>,
@@ -63,14 +63,12 @@ impl<'a> Judge<'a> {
         if self.frames.len() < 2 {
             return motion;
         }
-        let neighbours: Vec<usize> = (0..self.frames.len()).collect();
-        let shifts = self.shifts_along(&neighbours);
+        let shifts = self.shifts();
         let foreign = self.foreign(&shifts);
-        let mut moved: Vec<Moved> = shifts.iter().map(moving).collect();
+        let mut moved: Vec<Moved> = shifts.iter().map(|shifts| moving(shifts)).collect();
         if !foreign.is_empty() {
             self.frames.retain(|(number, _)| !foreign.contains(number));
-            let rest: Vec<usize> = (0..self.frames.len()).collect();
-            moved = self.shifts_along(&rest).iter().map(moving).collect();
+            moved = self.shifts().iter().map(|shifts| moving(shifts)).collect();
             motion.doubts.push(Doubt::Foreign(foreign));
         }
         if self.is_still() {
@@ -89,8 +87,7 @@ impl<'a> Judge<'a> {
         }
         let Some((x, y)) = seen.usual() else { return motion };
         let pixels = self.frames[0].1.factor as f64 / seen.stride as f64;
-        let signed =
-            |axis: fn(&(f32, f32)) -> f32| f64::from(median_of(seen.moved.iter().flatten().map(axis)));
+        let signed = |axis: fn(&Shift) -> f32| f64::from(median_of(seen.moved.iter().flatten().map(axis)));
         motion.step_px = Some((signed(|shift| shift.0) * pixels, signed(|shift| shift.1) * pixels));
         if y > VERTICAL * x && y >= MOVES_PX {
             motion.doubts.push(Doubt::Vertical);
@@ -113,9 +110,9 @@ impl<'a> Judge<'a> {
         motion
     }
 
-    /// Shifts between neighbours on a path.
-    fn shifts_along(&self, path: &[usize]) -> Vec<Shifts> {
-        path.par_windows(2).map(|pair| shifts(self.frames[pair[0]].1, self.frames[pair[1]].1)).collect()
+    /// Shifts between neighbours.
+    fn shifts(&self) -> Vec<Vec<Shift>> {
+        self.frames.par_windows(2).map(|pair| shifts(pair[0].1, pair[1].1)).collect()
     }
 
     fn distances(&self) -> Distances {
@@ -123,10 +120,10 @@ impl<'a> Judge<'a> {
     }
 
     /// Frames that do not show what most show. `shifts` are those between neighbours.
-    fn foreign(&self, shifts: &[Shifts]) -> Vec<usize> {
+    fn foreign(&self, shifts: &[Vec<Shift>]) -> Vec<usize> {
         let count = self.frames.len();
-        let usual = median_of(shifts.iter().map(|shifts| shifts.found.len() as f32));
-        let is_break = |shifts: &Shifts| (shifts.found.len() as f64) < FOREIGN_SHARE * f64::from(usual);
+        let usual = median_of(shifts.iter().map(|shifts| shifts.len() as f32));
+        let is_break = |shifts: &[Shift]| (shifts.len() as f64) < FOREIGN_SHARE * f64::from(usual);
         if count < 4 || (usual as usize) < FEWEST_SEEN {
             return Vec::new();
         }
@@ -171,8 +168,8 @@ impl<'a> Judge<'a> {
         let last = self.frames.len() - 1;
         let far = [(0, last), (0, last / 2), (last / 4, last - last / 4)];
         far.iter().all(|&(from, to)| {
-            let found = shifts(self.frames[from].1, self.frames[to].1).found;
-            let stays = |shift: &Shift| shift.x.abs().max(shift.y.abs()) <= STAYS_PX;
+            let found = shifts(self.frames[from].1, self.frames[to].1);
+            let stays = |shift: &Shift| shift.0.abs().max(shift.1.abs()) <= STAYS_PX;
             from == to || (found.len() >= FEWEST_SEEN && found.iter().all(stays))
         }) && !self.changes(last)
     }
@@ -247,7 +244,7 @@ struct Seen {
 impl Seen {
     /// Share of the pairs whose shift is clear.
     fn clear(&self) -> f64 {
-        let size = |shift: &&(f32, f32)| shift.0.abs().max(shift.1.abs()) >= CLEAR_PX;
+        let size = |shift: &&Shift| shift.0.abs().max(shift.1.abs()) >= CLEAR_PX;
         self.moved.iter().flatten().filter(size).count() as f64 / self.moved.len().max(1) as f64
     }
 
@@ -258,14 +255,14 @@ impl Seen {
 
     /// Usual sizes of shifts along rows and columns, if enough could be measured.
     fn usual(&self) -> Option<(f32, f32)> {
-        let known: Vec<&(f32, f32)> = self.moved.iter().flatten().collect();
-        let axis = |axis: fn(&(f32, f32)) -> f32| median_of(known.iter().map(|shift| axis(shift).abs()));
+        let known: Vec<&Shift> = self.moved.iter().flatten().collect();
+        let axis = |axis: fn(&Shift) -> f32| median_of(known.iter().map(|shift| axis(shift).abs()));
         let enough = !known.is_empty() && 4 * known.len() >= self.moved.len();
         enough.then(|| (axis(|shift| shift.0), axis(|shift| shift.1)))
     }
 
     /// A shift along the axis of the motion.
-    fn along(&self, shift: (f32, f32)) -> f32 {
+    fn along(&self, shift: Shift) -> f32 {
         if self.usual().is_some_and(|(x, y)| y > x) { shift.1 } else { shift.0 }
     }
 
@@ -292,11 +289,11 @@ fn single_turn(moved: &[Moved], seen: &Seen) -> Option<usize> {
 }
 
 /// The shift of the blocks that move.
-fn moving(shifts: &Shifts) -> Moved {
+fn moving(shifts: &[Shift]) -> Moved {
     let moving: Vec<&Shift> =
-        shifts.found.iter().filter(|shift| shift.x.abs().max(shift.y.abs()) >= MOVES_PX).collect();
+        shifts.iter().filter(|shift| shift.0.abs().max(shift.1.abs()) >= MOVES_PX).collect();
     let axis = |axis: fn(&Shift) -> f32| median_of(moving.iter().map(|shift| axis(shift)));
-    (moving.len() >= FEWEST_MOVING).then(|| (axis(|shift| shift.x), axis(|shift| shift.y)))
+    (moving.len() >= FEWEST_MOVING).then(|| (axis(|shift| shift.0), axis(|shift| shift.1)))
 }
 
 /// Root mean square changes of the cells of a picture.

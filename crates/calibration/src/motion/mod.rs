@@ -53,14 +53,10 @@ impl MotionCheck {
         }
     }
 
-    /// What was seen of frames that are taken to stand in equal steps.
-    pub fn motion(&self) -> Motion {
-        Judge::new(&self.frames).motion(None)
-    }
-
-    /// What was seen of frames that are taken to stand at `places`, in any unit, in the order of the frames.
-    pub fn motion_at(&self, places: &[f64]) -> Motion {
-        Judge::new(&self.frames).motion(Some(places))
+    /// What was seen of frames that are taken to stand at `places`, in any unit, in the order of the frames;
+    /// in equal steps if that is `None`.
+    pub fn motion(&self, places: Option<&[f64]>) -> Motion {
+        Judge::new(&self.frames).motion(places)
     }
 
     /// The frames in the order of the motion, as far as their likeness tells it.

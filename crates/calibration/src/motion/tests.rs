@@ -80,7 +80,7 @@ fn steps(count: usize, x: f64, y: f64) -> impl Iterator<Item = (f64, f64)> {
 fn motion(frames: &[Frame]) -> Motion {
     let mut check = MotionCheck::new(frames.len());
     frames.iter().for_each(|frame| check.look(frame));
-    check.motion()
+    check.motion(None)
 }
 
 fn doubts(frames: &[Frame]) -> Vec<Doubt> {
@@ -254,7 +254,7 @@ fn steps_that_differ_are_told_with_their_gaps() {
 fn doubts_at(places: &[f64], given: &[f64]) -> Vec<Doubt> {
     let mut check = MotionCheck::new(places.len());
     moved(&fine(21), places.iter().map(|&x| (x, 0.0))).iter().for_each(|frame| check.look(frame));
-    check.motion_at(given).doubts
+    check.motion(Some(given)).doubts
 }
 
 #[test]
