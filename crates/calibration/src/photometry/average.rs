@@ -8,7 +8,7 @@ use epirig_core::grid::Grid;
 pub(super) struct Sums {
     rows: usize,
     columns: usize,
-    frames: usize,
+    pub(super) frames: usize,
     samples: Vec<u32>,
     squares: Vec<u64>,
 }
@@ -16,10 +16,8 @@ pub(super) struct Sums {
 /// Checks that there are frames, and that all have the same size and bit depth.
 pub(super) fn check_alike(what: &'static str, frames: &[Frame]) -> Result<(), PhotometryError> {
     let first = frames.first().ok_or(PhotometryError::NoFrames { what })?;
-    let words =
-        |frame: &Frame| format!("{} x {} of {} bit", frame.columns(), frame.rows(), frame.bit_depth());
     for (index, frame) in frames.iter().enumerate() {
-        let (found, expected) = (words(frame), words(first));
+        let (found, expected) = (format_of(frame), format_of(first));
         if found != expected {
             return Err(PhotometryError::Shapes { what, index, found, expected });
         }
@@ -27,11 +25,13 @@ pub(super) fn check_alike(what: &'static str, frames: &[Frame]) -> Result<(), Ph
     Ok(())
 }
 
-/// A frame as DN.
-pub(super) fn as_grid(frame: &Frame) -> Grid<f32> {
-    let mut image = Grid::filled(frame.rows(), frame.columns(), 0.0);
-    frame.samples().copy_to_f32(0, image.values_mut());
-    image
+fn format_of(frame: &Frame) -> String {
+    format_in_words((frame.rows(), frame.columns(), frame.bit_depth()))
+}
+
+/// Size and bit depth of frames, as errors name them.
+pub(crate) fn format_in_words((rows, columns, bit_depth): (usize, usize, u8)) -> String {
+    format!("{columns} x {rows} of {bit_depth} bit")
 }
 
 impl Sums {
@@ -69,18 +69,12 @@ impl Sums {
         self.squares.iter_mut().zip(&other.squares).for_each(|(sum, other)| *sum += other);
     }
 
-    pub(super) fn frames(&self) -> usize {
-        self.frames
-    }
-
     /// Mean of every pixel, in DN.
     pub(super) fn mean(&self) -> Grid<f32> {
         let mut mean = Grid::filled(self.rows, self.columns, 0.0);
         let share = 1.0 / self.frames.max(1) as f64;
-        mean.values_mut()
-            .iter_mut()
-            .zip(&self.samples)
-            .for_each(|(mean, &sum)| *mean = (f64::from(sum) * share) as f32);
+        let sums = mean.values_mut().iter_mut().zip(&self.samples);
+        sums.for_each(|(mean, &sum)| *mean = (f64::from(sum) * share) as f32);
         mean
     }
 
@@ -114,7 +108,7 @@ mod tests {
         let frames = [frame([1, 10]), frame([3, 10]), frame([8, 40])];
         let mut sums = Sums::of(1, 2, frames[..1].iter());
         sums.merge(&Sums::of(1, 2, frames[1..].iter()));
-        assert_eq!((sums.frames(), sums.mean().values()), (3, &[4.0, 20.0][..]));
+        assert_eq!((sums.frames, sums.mean().values()), (3, &[4.0, 20.0][..]));
         // (9 + 1 + 16) / 2 = 13 and (100 + 100 + 400) / 2 = 300.
         assert_eq!(sums.variance_dn2(&[]), Some(156.5));
         assert_eq!(sums.variance_dn2(&[(1, 0)]), Some(13.0));

@@ -9,7 +9,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::grid::CellGrid;
-use super::polynomial::{HIGHEST_ORDER, Patch, Polynomial};
+use super::polynomial::{Cell, HIGHEST_ORDER, Polynomial};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::mean;
 
@@ -43,62 +43,57 @@ pub struct Trial {
 /// Means of two halves of the flat frames, each with mean 1.
 pub(super) struct Halves {
     means: [Grid<f32>; 2],
-    patches: [Vec<Patch>; 2],
+    cells: [Vec<Cell>; 2],
     frames: [usize; 2],
 }
 
 impl Halves {
     /// From two means in DN, without outliers, of this number of frames each.
     pub(super) fn new(mut means: [Grid<f32>; 2], frames: [usize; 2]) -> Self {
-        let patches = means.each_mut().map(|mean| {
+        let cells = means.each_mut().map(|mean| {
             let grid = CellGrid::of(mean);
             let level = grid.mean();
             mean.values_mut().iter_mut().for_each(|value| *value /= level as f32);
-            let mut patches = grid.patches();
-            patches.iter_mut().for_each(|patch| patch.mean /= level);
-            patches
+            let mut cells = grid.cells().to_vec();
+            cells.iter_mut().for_each(|cell| cell.mean /= level);
+            cells
         });
-        Self { means, patches, frames }
+        Self { means, cells, frames }
     }
 }
 
-/// Squared errors of one model in each cell.
-struct Errors {
-    model: TrialModel,
-    squares: Vec<f64>,
-}
+/// A model with its squared errors in each cell.
+type Errors = (TrialModel, Vec<f64>);
 
 /// Models fitted to either half of the frames and judged on the other.
 pub(super) fn trials_between_halves(halves: &Halves) -> Vec<Trial> {
     let [one, other] = &halves.means;
-    let cells = &halves.patches[0];
     // Mean over each cell of what `square` makes of the pixels' index.
     let over_cells = |square: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        let of_cell = |cell: &Patch| {
+        let of_cell = |cell: &Cell| {
             let pixels =
                 cell.rows.clone().flat_map(|y| cell.columns.clone().map(move |x| y * one.columns() + x));
             pixels.map(square).sum::<f64>() / (cell.rows.len() * cell.columns.len()) as f64
         };
-        cells.iter().map(of_cell).collect()
+        halves.cells[0].iter().map(of_cell).collect()
     };
     let (a, b) = (one.values(), other.values());
     let difference = |index: usize| f64::from(a[index] - b[index]).powi(2);
     let mut errors: Vec<Errors> = (0..=HIGHEST_ORDER)
         .map_while(|order| {
-            let fit = |patches: &[Patch]| Polynomial::fit(order, one.rows(), one.columns(), patches);
-            let (of_a, of_b) = (fit(&halves.patches[0])?.image(), fit(&halves.patches[1])?.image());
+            let fit = |cells: &[Cell]| Polynomial::fit(order, one.rows(), one.columns(), cells);
+            let (of_a, of_b) = (fit(&halves.cells[0])?.image(), fit(&halves.cells[1])?.image());
             let (of_a, of_b) = (of_a.values(), of_b.values());
             let square = |index: usize| {
                 let (b_left, a_left) = (f64::from(b[index] - of_a[index]), f64::from(a[index] - of_b[index]));
                 0.5 * (b_left * b_left + a_left * a_left - difference(index))
             };
-            Some(Errors { model: TrialModel::Polynomial(order), squares: over_cells(&square) })
+            Some((TrialModel::Polynomial(order), over_cells(&square)))
         })
         .collect();
     let [frames_a, frames_b] = halves.frames.map(|frames| frames as f64);
     let share = frames_a * frames_b / (frames_a + frames_b).powi(2);
-    let squares = over_cells(&|index| share * difference(index));
-    errors.push(Errors { model: TrialModel::PerPixel, squares });
+    errors.push((TrialModel::PerPixel, over_cells(&|index| share * difference(index))));
     judge(&errors)
 }
 
@@ -106,25 +101,23 @@ pub(super) fn trials_between_halves(halves: &Halves) -> Vec<Trial> {
 /// frame. The cells that are left out together are scattered like knights on a chess-board.
 pub(super) fn trials_over_cells(grid: &CellGrid, rows: usize, columns: usize) -> Vec<Trial> {
     let level = grid.mean();
-    let patches = grid.patches();
-    let across = grid.table(&vec![0.0; patches.len()]).first().map_or(1, Vec::len);
+    let cells = grid.cells();
+    let across = grid.table(&vec![0.0; cells.len()]).first().map_or(1, Vec::len);
     let fold = |index: usize| (index % across + 2 * (index / across)) % FOLDS;
     let errors: Vec<Errors> = (0..=HIGHEST_ORDER)
         .map_while(|order| {
-            let mut squares = vec![0.0; patches.len()];
+            let mut squares = vec![0.0; cells.len()];
             for left_out in 0..FOLDS {
-                let seen: Vec<Patch> = (0..patches.len())
-                    .filter(|&index| fold(index) != left_out)
-                    .map(|index| patches[index].clone())
-                    .collect();
+                let seen = (0..cells.len()).filter(|&index| fold(index) != left_out);
+                let seen: Vec<Cell> = seen.map(|index| cells[index].clone()).collect();
                 let model = Polynomial::fit(order, rows, columns, &seen)?;
-                for index in (0..patches.len()).filter(|&index| fold(index) == left_out) {
-                    let patch = &patches[index];
-                    let left = patch.mean - model.mean_over(&patch.columns, &patch.rows);
+                for index in (0..cells.len()).filter(|&index| fold(index) == left_out) {
+                    let cell = &cells[index];
+                    let left = cell.mean - model.mean_over(&cell.columns, &cell.rows);
                     squares[index] = (left / level).powi(2);
                 }
             }
-            Some(Errors { model: TrialModel::Polynomial(order), squares })
+            Some((TrialModel::Polynomial(order), squares))
         })
         .collect();
     judge(&errors)
@@ -132,18 +125,17 @@ pub(super) fn trials_over_cells(grid: &CellGrid, rows: usize, columns: usize) ->
 
 /// Compares each model with the best, cell by cell.
 fn judge(errors: &[Errors]) -> Vec<Trial> {
-    let best = errors.iter().min_by(|one, other| mean(&one.squares).total_cmp(&mean(&other.squares)));
-    let Some(best) = best else { return Vec::new() };
-    let trial = |errors: &Errors| {
-        let differences: Vec<f64> =
-            errors.squares.iter().zip(&best.squares).map(|(own, best)| own - best).collect();
+    let best = errors.iter().min_by(|one, other| mean(&one.1).total_cmp(&mean(&other.1)));
+    let Some((_, best)) = best else { return Vec::new() };
+    let trial = |(model, squares): &Errors| {
+        let differences: Vec<f64> = squares.iter().zip(best).map(|(own, best)| own - best).collect();
         let worse = mean(&differences);
         let count = differences.len() as f64;
         let spread: f64 = differences.iter().map(|difference| (difference - worse).powi(2)).sum();
         let standard_error = (spread / (count * (count - 1.0).max(1.0))).sqrt();
         Trial {
-            model: errors.model,
-            error_percent: 100.0 * mean(&errors.squares).max(0.0).sqrt(),
+            model: *model,
+            error_percent: 100.0 * mean(squares).max(0.0).sqrt(),
             worse_by_sigmas: if worse > 0.0 { worse / standard_error.max(f64::MIN_POSITIVE) } else { 0.0 },
         }
     };

@@ -36,10 +36,20 @@ pub enum DarkModel {
 /// The result of dark frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DarkFrame {
-    /// The dark level to subtract.
-    pub model: DarkModel,
+    /// What is recorded.
+    pub record: DarkRecord,
     /// Mean of every pixel, in DN.
     pub mean: Grid<f32>,
+    /// Pixels too bright or too dark, by row and column.
+    pub outliers: Vec<Outlier>,
+}
+
+/// The part of the dark frames' result that is recorded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DarkRecord {
+    /// The dark level that is subtracted.
+    pub model: DarkModel,
     /// Mean of the pixels that are no outliers, in DN.
     pub level_dn: f64,
     /// Standard deviation of a sample from frame to frame (read noise, rounding), in DN, of pixels that are
@@ -48,8 +58,6 @@ pub struct DarkFrame {
     /// Standard deviation of the means over the pixels that noise does not explain, in DN: the fixed pattern.
     /// `None` for a single frame.
     pub pattern_dn: Option<f64>,
-    /// Pixels too bright or too dark, by row and column.
-    pub outliers: Vec<Outlier>,
     /// Number of frames.
     pub frames: usize,
 }
@@ -67,10 +75,7 @@ pub fn dark_frame(frames: &[Frame]) -> Result<DarkFrame, PhotometryError> {
     let sums = Sums::of(rows, columns, frames.iter());
     let mean = sums.mean();
     let least_dn = LEAST_DEPARTURE_DN.max(ROUNDED_DEPARTURE_DN / (frames.len() as f64).sqrt());
-    let outliers: Vec<Outlier> = departing(&mean, least_dn, false)
-        .into_iter()
-        .map(|(x, y, by)| Outlier { x, y, kind: if by > 0.0 { OutlierKind::Hot } else { OutlierKind::Cold } })
-        .collect();
+    let outliers = departing(&mean, least_dn, false, [OutlierKind::Hot, OutlierKind::Cold]);
     let places: Vec<(usize, usize)> = outliers.iter().map(|outlier| (outlier.x, outlier.y)).collect();
     let count = (rows * columns - places.len()).max(1) as f64;
     let over_good = |value: &dyn Fn(f32) -> f64| {
@@ -91,13 +96,12 @@ pub fn dark_frame(frames: &[Frame]) -> Result<DarkFrame, PhotometryError> {
         (Some(pattern), Some(noise)) if pattern > noise => DarkModel::Map,
         _ => DarkModel::LevelDn(level_dn),
     };
-    Ok(DarkFrame {
+    let record = DarkRecord {
         model,
-        mean,
         level_dn,
         noise_dn: noise_variance.map(f64::sqrt),
         pattern_dn: pattern_variance.map(f64::sqrt),
-        outliers,
         frames: frames.len(),
-    })
+    };
+    Ok(DarkFrame { record, mean, outliers })
 }

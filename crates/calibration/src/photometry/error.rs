@@ -39,18 +39,17 @@ pub enum PhotometryError {
     },
     /// Flat frames with too little light.
     #[error(
-        "the flat frames have only {level_dn:.1} DN at column {x}, row {y}, {least_dn:.1} DN are the least; use more light or a longer exposure, \
-         check that nothing covers the lens there, and take the flat frames again"
+        "the flat frames have only {level_dn:.1} DN at column {}, row {}, {least_dn:.1} DN are the least; use more light or a longer exposure, \
+         check that nothing covers the lens there, and take the flat frames again",
+        at.0, at.1
     )]
     TooDark {
         /// Mean of the darkest cell less the dark level, in DN.
         level_dn: f64,
         /// The least that is accepted, in DN.
         least_dn: f64,
-        /// Column of the cell's middle.
-        x: usize,
-        /// Row of the cell's middle.
-        y: usize,
+        /// Column and row of the cell's middle.
+        at: (usize, usize),
     },
     /// A frame whose brightness as a whole differs.
     #[error(
@@ -67,8 +66,9 @@ pub enum PhotometryError {
     },
     /// A frame that shows something else than the others.
     #[error(
-        "flat frame {index} differs from the others by {percent:+.2} % around column {x}, row {y} ({most_percent:.2} % are allowed): the lamp, \
-         the target or a shadow moved; leave everything still and take the flat frames again"
+        "flat frame {index} differs from the others by {percent:+.2} % around column {}, row {} ({most_percent:.2} % are allowed): the lamp, \
+         the target or a shadow moved; leave everything still and take the flat frames again",
+        at.0, at.1
     )]
     FrameDiffers {
         /// Index of the frame, from 0.
@@ -77,16 +77,15 @@ pub enum PhotometryError {
         percent: f64,
         /// Largest difference that is allowed, in %.
         most_percent: f64,
-        /// Column of the cell's middle.
-        x: usize,
-        /// Row of the cell's middle.
-        y: usize,
+        /// Column and row of the cell's middle.
+        at: (usize, usize),
     },
     /// A structure that no lens makes.
     #[error(
         "the flat frames are not uniform: {cells} of {all_cells} cells depart by more than {limit_percent:.2} % from anything smooth, most at column \
-         {x}, row {y} ({percent:+.2} %); remove shadows, edges and texture from the view (put the target out of focus), light it evenly and take \
-         the flat frames again"
+         {}, row {} ({percent:+.2} %); remove shadows, edges and texture from the view (put the target out of focus), light it evenly and take \
+         the flat frames again",
+        at.0, at.1
     )]
     NotUniform {
         /// Cells that depart by more than the limit.
@@ -97,10 +96,8 @@ pub enum PhotometryError {
         limit_percent: f64,
         /// The largest departure, in %.
         percent: f64,
-        /// Column of that cell's middle.
-        x: usize,
-        /// Row of that cell's middle.
-        y: usize,
+        /// Column and row of that cell's middle.
+        at: (usize, usize),
     },
     /// A polynomial that the image cannot determine.
     #[error(

@@ -1,10 +1,10 @@
 //! Checks of flat frames: those that would give a wrong flat field are refused.
 
 use super::PhotometryError;
-use super::average::as_grid;
-use super::grid::{Cell, CellGrid};
-use super::polynomial::{HIGHEST_ORDER, Polynomial};
+use super::grid::CellGrid;
+use super::polynomial::{Cell, HIGHEST_ORDER, Polynomial};
 use epirig_core::frame::Frame;
+use epirig_core::image::reduced_frame;
 use epirig_core::statistics::median;
 
 /// Samples at full scale that are allowed, in %: defective pixels of a poor sensor. More means that light was
@@ -47,8 +47,7 @@ pub(super) fn check_light(grid: &CellGrid, full_scale: u16) -> Result<(), Photom
     match darkest {
         // Not a number is too dark as well.
         Some(cell) if cell.mean.is_nan() || cell.mean < least_dn => {
-            let (x, y) = cell.middle();
-            Err(PhotometryError::TooDark { level_dn: cell.mean, least_dn, x, y })
+            Err(PhotometryError::TooDark { level_dn: cell.mean, least_dn, at: cell.middle() })
         }
         _ => Ok(()),
     }
@@ -60,8 +59,10 @@ pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> 
     if frames.len() < 2 {
         return Ok(());
     }
-    let shares: Vec<Vec<f64>> =
-        frames.iter().map(|frame| shares_of(&CellGrid::of_all_pixels(&as_grid(frame)), grid)).collect();
+    let shares: Vec<Vec<f64>> = frames
+        .iter()
+        .map(|frame| shares_of(&CellGrid::of_all_pixels(&reduced_frame(frame, 1)), grid))
+        .collect();
     let levels: Vec<f64> =
         shares.iter().map(|shares| median(&mut shares.to_vec()).unwrap_or(f64::NAN)).collect();
     let typical = median(&mut levels.clone()).unwrap_or(f64::NAN);
@@ -81,8 +82,8 @@ pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> 
             let most_percent = MOST_CHANGE_PERCENT.max(SIGMAS * cell_noise_percent(cell, noise_dn));
             let excess = percent.abs() / most_percent;
             if excess > worst.as_ref().map_or(1.0, |(excess, _)| *excess) {
-                let (x, y) = cell.middle();
-                worst = Some((excess, PhotometryError::FrameDiffers { index, percent, most_percent, x, y }));
+                let at = cell.middle();
+                worst = Some((excess, PhotometryError::FrameDiffers { index, percent, most_percent, at }));
             }
         }
     }
@@ -99,11 +100,10 @@ pub(super) fn check_uniformity(
 ) -> Result<(), PhotometryError> {
     // With fewer than one and a half cells for each coefficient, residuals are too small by more than half.
     let enough = |order: &usize| 3 * (order + 1) * (order + 2) / 2 <= 2 * grid.cells().len();
-    let patches = grid.patches();
     let smooth = (0..=HIGHEST_ORDER)
         .rev()
         .filter(enough)
-        .find_map(|order| Polynomial::fit(order, rows, columns, &patches));
+        .find_map(|order| Polynomial::fit(order, rows, columns, grid.cells()));
     let Some(smooth) = smooth else { return Ok(()) };
     let residuals = grid.residuals(&smooth);
     let limit = |cell: &Cell| MOST_STRUCTURE_PERCENT.max(SIGMAS * cell_noise_percent(cell, noise_dn));
@@ -116,14 +116,12 @@ pub(super) fn check_uniformity(
     let most = departing.iter().max_by(|one, other| one.1.abs().total_cmp(&other.1.abs()));
     match most {
         Some(&(cell, percent)) if departing.len() as f64 > MOST_CELLS * grid.cells().len() as f64 => {
-            let (x, y) = cell.middle();
             Err(PhotometryError::NotUniform {
                 cells: departing.len(),
                 all_cells: grid.cells().len(),
                 limit_percent: limit(cell),
                 percent,
-                x,
-                y,
+                at: cell.middle(),
             })
         }
         _ => Ok(()),

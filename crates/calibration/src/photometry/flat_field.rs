@@ -103,11 +103,10 @@ pub fn flat_field(
         FlatMethod::PerPixel => TrialModel::PerPixel,
         FlatMethod::Automatic => best(&trials).unwrap_or(TrialModel::Polynomial(0)),
     };
-    let patches = flat.grid.patches();
-    let fit = |order| Polynomial::fit(order, rows, columns, &patches);
+    let fit = |order| Polynomial::fit(order, rows, columns, flat.grid.cells());
     let (model, smooth, map) = match chosen {
         TrialModel::Polynomial(order) => {
-            let cells = patches.len();
+            let cells = flat.grid.cells().len();
             let fitted =
                 fit(order).ok_or(PhotometryError::Undetermined { order, cells, highest: HIGHEST_ORDER })?;
             let mean = fitted.mean();
@@ -147,18 +146,12 @@ fn take_up(frames: &[Frame], dark: Option<&DarkFrame>) -> Result<Flat, Photometr
     let mut sums = Sums::of(rows, columns, frames.iter().step_by(2));
     let odd = Sums::of(rows, columns, frames.iter().skip(1).step_by(2));
     let halves = (frames.len() > 1).then(|| (less_dark(sums.mean(), dark), less_dark(odd.mean(), dark)));
-    let even_frames = sums.frames();
+    let even_frames = sums.frames;
     sums.merge(&odd);
     let as_it_is = sums.mean();
     let mut mean = less_dark(as_it_is.clone(), dark);
-    let outliers: Vec<Outlier> = departing(&mean, LEAST_GAIN_DEPARTURE, true)
-        .into_iter()
-        .map(|(x, y, by)| Outlier {
-            x,
-            y,
-            kind: if by > 0.0 { OutlierKind::Sensitive } else { OutlierKind::Dead },
-        })
-        .collect();
+    let kinds = [OutlierKind::Sensitive, OutlierKind::Dead];
+    let outliers = departing(&mean, LEAST_GAIN_DEPARTURE, true, kinds);
     let defective = dark.iter().flat_map(|dark| &dark.outliers);
     let mut bad: Vec<(usize, usize)> =
         outliers.iter().chain(defective).map(|outlier| (outlier.x, outlier.y)).collect();
@@ -175,7 +168,7 @@ fn take_up(frames: &[Frame], dark: Option<&DarkFrame>) -> Result<Flat, Photometr
     let halves = halves.map(|(mut even, mut odd_mean)| {
         replace(&mut even, &bad);
         replace(&mut odd_mean, &bad);
-        Halves::new([even, odd_mean], [even_frames, odd.frames()])
+        Halves::new([even, odd_mean], [even_frames, odd.frames])
     });
     Ok(Flat { mean, grid, halves, variance_dn2, frames: frames.len(), outliers })
 }
@@ -190,7 +183,7 @@ fn lamp_variance_dn2(frames: &[Frame]) -> f64 {
 
 fn less_dark(mut mean: Grid<f32>, dark: Option<&DarkFrame>) -> Grid<f32> {
     let Some(dark) = dark else { return mean };
-    match dark.model {
+    match dark.record.model {
         DarkModel::LevelDn(level_dn) => {
             mean.values_mut().iter_mut().for_each(|value| *value -= level_dn as f32);
         }

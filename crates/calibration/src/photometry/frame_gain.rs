@@ -125,15 +125,15 @@ pub fn frame_gains(volume: &Volume, disparity_px: f64) -> Result<FrameGains, Gai
     if !disparity_px.is_finite() {
         return Err(GainError::NoDisparity(disparity_px));
     }
-    let mut followed = follow(volume, disparity_px);
-    let (frames, windows) = (volume.frames(), followed.logarithms.len());
+    let (mut disparities_px, logarithms) = follow(volume, disparity_px);
+    let (frames, windows) = (volume.frames(), logarithms.len());
     for frame in 0..frames {
-        let windows = followed.logarithms.iter().filter(|window| window[frame].is_finite()).count();
+        let windows = logarithms.iter().filter(|window| window[frame].is_finite()).count();
         if windows < LEAST_WINDOWS {
             return Err(GainError::TooFewWindows { frame, windows, least: LEAST_WINDOWS });
         }
     }
-    let (gains, variances) = fit(&followed.logarithms, frames)?;
+    let (gains, variances) = fit(&logarithms, frames)?;
     let root_mean = |squares: f64| (squares / frames as f64).sqrt();
     let flicker = root_mean(gains.iter().map(|gain| gain * gain).sum());
     let significant = flicker > root_mean(variances.iter().sum());
@@ -144,14 +144,15 @@ pub fn frame_gains(volume: &Volume, disparity_px: f64) -> Result<FrameGains, Gai
         flicker,
         significant,
         windows,
-        disparity_px: *followed.disparities_px.select_nth_unstable_by(middle, f64::total_cmp).1,
+        disparity_px: *disparities_px.select_nth_unstable_by(middle, f64::total_cmp).1,
     })
 }
 
 /// Logarithms of the gains, with mean 0, and their variances, by sums over windows that hold whatever their
 /// errors have in common over the frames (the "sandwich" of Liang and Zeger 1986).
 fn fit(logarithms: &[Vec<f64>], frames: usize) -> Result<(Vec<f64>, Vec<f64>), GainError> {
-    let mut gains = DVector::zeros(frames);
+    let none = DVector::zeros(frames);
+    let mut gains = none.clone();
     let mut weights: Vec<Vec<f64>> = logarithms
         .iter()
         .map(|window| window.iter().map(|value| f64::from(u8::from(value.is_finite()))).collect())
@@ -160,8 +161,7 @@ fn fit(logarithms: &[Vec<f64>], frames: usize) -> Result<(Vec<f64>, Vec<f64>), G
     for _ in 0..REWEIGHTINGS {
         let mut right = DVector::zeros(frames);
         for (window, weights) in logarithms.iter().zip(&weights) {
-            let level = level_of(window, weights, None);
-            add_weighted(&mut right, window, weights, level, None);
+            add_weighted(&mut right, window, weights, &none);
         }
         gains = solver.solve(&right);
         let mean = gains.mean();
@@ -172,7 +172,7 @@ fn fit(logarithms: &[Vec<f64>], frames: usize) -> Result<(Vec<f64>, Vec<f64>), G
     let mut variances = vec![0.0; frames];
     for (window, weights) in logarithms.iter().zip(&weights) {
         let mut pull = DVector::zeros(frames);
-        add_weighted(&mut pull, window, weights, level_of(window, weights, Some(&gains)), Some(&gains));
+        add_weighted(&mut pull, window, weights, &gains);
         let moved = solver.solve(&pull);
         variances.iter_mut().zip(moved.iter()).for_each(|(variance, moved)| *variance += moved * moved);
     }
@@ -182,26 +182,19 @@ fn fit(logarithms: &[Vec<f64>], frames: usize) -> Result<(Vec<f64>, Vec<f64>), G
 }
 
 /// A window's own level: the weighted mean of its logarithms, less the gains.
-fn level_of(window: &[f64], weights: &[f64], gains: Option<&DVector<f64>>) -> f64 {
+fn level_of(window: &[f64], weights: &[f64], gains: &DVector<f64>) -> f64 {
     let seen = window.iter().zip(weights).enumerate().filter(|(_, (value, _))| value.is_finite());
     let (sum, weight) = seen.fold((0.0, 0.0), |(sum, all), (t, (value, weight))| {
-        (sum + weight * (value - gains.map_or(0.0, |gains| gains[t])), all + weight)
+        (sum + weight * (value - gains[t]), all + weight)
     });
     sum / weight
 }
 
-fn add_weighted(
-    to: &mut DVector<f64>,
-    window: &[f64],
-    weights: &[f64],
-    level: f64,
-    gains: Option<&DVector<f64>>,
-) {
-    for (t, (value, weight)) in
-        window.iter().zip(weights).enumerate().filter(|(_, (value, _))| value.is_finite())
-    {
-        to[t] += weight * (value - level - gains.map_or(0.0, |gains| gains[t]));
-    }
+/// Adds the weighted logarithms of a window, less its level and the gains.
+fn add_weighted(to: &mut DVector<f64>, window: &[f64], weights: &[f64], gains: &DVector<f64>) {
+    let level = level_of(window, weights, gains);
+    let seen = window.iter().zip(weights).enumerate().filter(|(_, (value, _))| value.is_finite());
+    seen.for_each(|(t, (value, weight))| to[t] += weight * (value - level - gains[t]));
 }
 
 /// The normal equations of the gains with the windows' levels eliminated; that the gains have mean 0 is
@@ -234,7 +227,7 @@ fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64
         .iter()
         .zip(weights)
         .map(|(window, weights)| {
-            let level = level_of(window, weights, Some(gains));
+            let level = level_of(window, weights, gains);
             window.iter().zip(gains.iter()).map(|(value, gain)| value - level - gain).collect()
         })
         .collect();
@@ -286,22 +279,14 @@ pub fn dominant_disparity(volume: &Volume) -> Result<f64, GainError> {
 
 /// A frame of a volume by itself.
 fn frame_of(volume: &Volume, t: usize) -> Result<Frame, FrameError> {
-    let (rows, columns) = (volume.rows(), volume.columns());
-    let mut line = vec![0.0; columns];
-    let mut samples = Samples::zeros(volume.bit_depth(), rows * columns);
-    for y in 0..rows {
-        volume.copy_row(y, t, &mut line);
-        let range = y * columns..(y + 1) * columns;
-        match &mut samples {
-            Samples::U8(values) => {
-                values[range].iter_mut().zip(&line).for_each(|(out, &value)| *out = value as u8);
-            }
-            Samples::U16(values) => {
-                values[range].iter_mut().zip(&line).for_each(|(out, &value)| *out = value as u16);
-            }
-        }
-    }
-    Frame::new(rows, columns, volume.bit_depth(), samples)
+    let (rows, columns, bit_depth) = (volume.rows(), volume.columns(), volume.bit_depth());
+    let mut image = vec![0.0; rows * columns];
+    image.chunks_exact_mut(columns.max(1)).enumerate().for_each(|(y, row)| volume.copy_row(y, t, row));
+    let samples = match bit_depth {
+        ..=8 => Samples::U8(image.into_iter().map(|value| value as u8).collect()),
+        _ => Samples::U16(image.into_iter().map(|value| value as u16).collect()),
+    };
+    Frame::new(rows, columns, bit_depth, samples)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::polynomial::{Patch, Polynomial};
+use super::polynomial::{Cell, Polynomial};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 
@@ -16,31 +16,6 @@ const CUT: f64 = 5.0;
 /// Where most pixels of a cell have one value, the standard deviation is taken to be this, in units of the
 /// image: half a DN.
 const LEAST_SIGMA: f64 = 0.5;
-
-/// Some pixels and their mean.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cell {
-    /// Columns that it covers.
-    pub columns: Range<usize>,
-    /// Rows that it covers.
-    pub rows: Range<usize>,
-    /// Mean of its pixels, without defective ones.
-    pub mean: f64,
-    /// Pixels that count.
-    pub pixels: usize,
-}
-
-impl Cell {
-    /// The pixel in its middle: column and row.
-    pub fn middle(&self) -> (usize, usize) {
-        ((self.columns.start + self.columns.end - 1) / 2, (self.rows.start + self.rows.end - 1) / 2)
-    }
-
-    /// The cell as a place and value to which a polynomial is fitted.
-    pub fn patch(&self) -> Patch {
-        Patch { columns: self.columns.clone(), rows: self.rows.clone(), mean: self.mean }
-    }
-}
 
 /// An image's means over 10 x 10 cells that cover it, each as large as the others to a pixel.
 ///
@@ -98,11 +73,6 @@ impl CellGrid {
     /// The cells, row by row.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
-    }
-
-    /// The cells as places and values to which a polynomial is fitted.
-    pub fn patches(&self) -> Vec<Patch> {
-        self.cells.iter().map(Cell::patch).collect()
     }
 
     /// Mean over the cells.

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::CellGrid;
-use super::average::as_grid;
 use epirig_core::frame::Frame;
+use epirig_core::image::reduced_frame;
 use epirig_core::statistics::upper_median;
 
 /// Cells from this share of full scale on do not count: noise begins to be cut off there. Standard EMVA 1288
@@ -26,7 +26,7 @@ pub struct ExposureLevel {
 impl ExposureLevel {
     /// The levels of a flat frame.
     pub fn of(relative_exposure: f64, frame: &Frame) -> Self {
-        let grid = CellGrid::of(&as_grid(frame));
+        let grid = CellGrid::of(&reduced_frame(frame, 1));
         Self { relative_exposure, cells_dn: grid.cells().iter().map(|cell| cell.mean).collect() }
     }
 }

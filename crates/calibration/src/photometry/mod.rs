@@ -2,10 +2,10 @@
 //! linearity.
 //!
 //! A frame is corrected as (value - dark) / gain, where the gain is that of lens and pixel as flat frames
-//! show it, with mean 1. [`Photometry`] is the record of what was found, [`Correction`] is applied to frames.
+//! show it, with mean 1. [`Photometry`] is the record of what was found; the rectifier applies its
+//! [`Correction`] to frames.
 
 mod average;
-mod correction;
 mod cross_validation;
 mod dark;
 mod error;
@@ -21,14 +21,15 @@ mod record;
 mod tests;
 mod windows;
 
-pub use correction::Correction;
+pub(crate) use average::format_in_words;
 pub use cross_validation::{Trial, TrialModel};
-pub use dark::{DarkFrame, DarkModel, dark_frame};
+pub use dark::{DarkFrame, DarkModel, DarkRecord, dark_frame};
 pub use error::PhotometryError;
 pub use flat_field::{FlatField, FlatMethod, FlatModel, flat_field};
 pub use frame_gain::{FrameGains, GainError, dominant_disparity, frame_gains};
-pub use grid::{Cell, CellGrid};
+pub use grid::CellGrid;
 pub use linearity::{ExposureLevel, Linearity, LinearityError, linearity};
+pub(crate) use outliers::nearest_good;
 pub use outliers::{Outlier, OutlierKind};
-pub use polynomial::{HIGHEST_ORDER, Patch, Polynomial};
-pub use record::{DarkRecord, Maps, Outcome, Photometry, PhotometryOptions};
+pub use polynomial::{Cell, HIGHEST_ORDER, Polynomial};
+pub use record::{Correction, Maps, Outcome, Photometry, PhotometryOptions};

@@ -36,9 +36,14 @@ pub struct Outlier {
 }
 
 /// Pixels whose value departs from the median of its up to eight neighbours by more than six robust standard
-/// deviations of that departure, and by more than `least`: column, row, and the departure. With `relative`,
-/// departures are shares of the median.
-pub(super) fn departing(image: &Grid<f32>, least: f64, relative: bool) -> Vec<(usize, usize, f64)> {
+/// deviations of that departure, and by more than `least`: those that are too high are of the first of the
+/// kinds. With `relative`, departures are shares of the median.
+pub(super) fn departing(
+    image: &Grid<f32>,
+    least: f64,
+    relative: bool,
+    [high, low]: [OutlierKind; 2],
+) -> Vec<Outlier> {
     let (rows, columns) = (image.rows(), image.columns());
     let mut departures = Grid::filled(rows, columns, 0.0_f32);
     let mut neighbours = Vec::with_capacity(8);
@@ -56,9 +61,12 @@ pub(super) fn departing(image: &Grid<f32>, least: f64, relative: bool) -> Vec<(u
     let typical = upper_median(&mut sizes).map_or(0.0, f64::from);
     let limit = (SIGMAS * SIGMA_OF_MEDIAN_4 * typical).max(least);
     let all = departures.values().iter().enumerate();
-    all.filter(|&(_, &departure)| f64::from(departure.abs()) > limit)
-        .map(|(index, &departure)| (index % columns, index / columns, departure.into()))
-        .collect()
+    let far = all.filter(|&(_, &departure)| f64::from(departure.abs()) > limit);
+    far.map(|(index, &departure)| {
+        let kind = if departure > 0.0 { high } else { low };
+        Outlier { x: index % columns, y: index / columns, kind }
+    })
+    .collect()
 }
 
 /// Pixels at a distance of exactly `ring` rows or columns that are in the image.
@@ -78,20 +86,28 @@ fn around(
     })
 }
 
+/// The nearest good neighbours of a pixel: the good ones of the first ring around it that has any, up to
+/// `farthest` px away.
+pub(crate) fn nearest_good(
+    (x, y): (usize, usize),
+    (rows, columns): (usize, usize),
+    farthest: usize,
+    is_good: impl Fn(&(usize, usize)) -> bool,
+) -> Option<Vec<(usize, usize)>> {
+    let good_on = |ring| around(x, y, ring, rows, columns).filter(&is_good).collect::<Vec<_>>();
+    (1..=farthest).map(good_on).find(|good| !good.is_empty())
+}
+
 /// Puts the mean of the nearest good neighbours in the place of every pixel in `bad` (column, row; sorted):
 /// of the eight around it, or of the next ring, if all of those are bad. An image without a good pixel is
 /// left as it is.
 pub(super) fn replace(image: &mut Grid<f32>, bad: &[(usize, usize)]) {
     let (rows, columns) = (image.rows(), image.columns());
-    let is_bad = |place: &(usize, usize)| bad.binary_search(place).is_ok();
-    let replacement = |&(x, y): &(usize, usize)| {
-        (1..rows.max(columns)).find_map(|ring| {
-            let good = around(x, y, ring, rows, columns).filter(|place| !is_bad(place));
-            let (sum, count) = good.fold((0.0_f64, 0_usize), |(sum, count), (x, y)| {
-                (sum + f64::from(image.at(x, y)), count + 1)
-            });
-            (count > 0).then(|| (sum / count as f64) as f32)
-        })
+    let is_good = |place: &(usize, usize)| bad.binary_search(place).is_err();
+    let replacement = |&place: &(usize, usize)| {
+        let good = nearest_good(place, (rows, columns), rows.max(columns), is_good)?;
+        let sum = good.iter().fold(0.0, |sum, &(x, y)| sum + f64::from(image.at(x, y)));
+        Some((sum / good.len() as f64) as f32)
     };
     let replaced: Vec<_> = bad.iter().map(replacement).collect();
     for (&(x, y), value) in bad.iter().zip(replaced) {
@@ -113,13 +129,14 @@ mod tests {
                 image.row_mut(y)[x] = 100.0 + 3.0 * x as f32 + if y < 10 { 0.0 } else { 50.0 };
             }
         }
-        assert_eq!(departing(&image, 4.0, false), []);
+        let kinds = [OutlierKind::Hot, OutlierKind::Cold];
+        assert_eq!(departing(&image, 4.0, false, kinds), []);
         image.row_mut(4)[7] += 30.0;
         image.row_mut(0)[0] -= 30.0;
-        let found: Vec<_> =
-            departing(&image, 10.0, false).iter().map(|&(x, y, by)| (x, y, by > 0.0)).collect();
-        assert_eq!(found, [(0, 0, false), (7, 4, true)]);
-        assert_eq!(departing(&image, 0.2, true).len(), 2);
+        let cold = Outlier { x: 0, y: 0, kind: OutlierKind::Cold };
+        let hot = Outlier { x: 7, y: 4, kind: OutlierKind::Hot };
+        assert_eq!(departing(&image, 10.0, false, kinds), [cold, hot]);
+        assert_eq!(departing(&image, 0.2, true, kinds).len(), 2);
     }
 
     #[test]

@@ -60,13 +60,22 @@ impl TryFrom<Written> for Polynomial {
 
 /// A rectangle of pixels with the mean of its values; for a single pixel, a place and its value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
-    /// Its columns, not empty.
+pub struct Cell {
+    /// Columns that it covers, not empty.
     pub columns: Range<usize>,
-    /// Its rows, not empty.
+    /// Rows that it covers, not empty.
     pub rows: Range<usize>,
-    /// Mean of the values in it.
+    /// Mean of its pixels, without defective ones.
     pub mean: f64,
+    /// Pixels that count.
+    pub pixels: usize,
+}
+
+impl Cell {
+    /// The pixel in its middle: column and row.
+    pub fn middle(&self) -> (usize, usize) {
+        ((self.columns.start + self.columns.end - 1) / 2, (self.rows.start + self.rows.end - 1) / 2)
+    }
 }
 
 /// Number of coefficients of an order.
@@ -107,26 +116,26 @@ impl Polynomial {
         (fits && finite && rows > 0 && columns > 0).then_some(Self { rows, columns, coefficients })
     }
 
-    /// The polynomial of `order` whose means over `patches` have the least squared departures from theirs,
+    /// The polynomial of `order` whose means over `cells` have the least squared departures from theirs,
     /// over an image of `rows` x `columns`. Its own means are exact (the mean of a power over the pixels of a
-    /// patch, not its value in the middle), so that a field that is such a polynomial is found as it is,
-    /// however large the patches are.
+    /// cell, not its value in the middle), so that a field that is such a polynomial is found as it is,
+    /// however large the cells are.
     ///
-    /// `None` if the patches leave a coefficient open, or the order is higher than [`HIGHEST_ORDER`].
-    pub fn fit(order: usize, rows: usize, columns: usize, patches: &[Patch]) -> Option<Self> {
+    /// `None` if the cells leave a coefficient open, or the order is higher than [`HIGHEST_ORDER`].
+    pub fn fit(order: usize, rows: usize, columns: usize, cells: &[Cell]) -> Option<Self> {
         let count = terms(order);
-        if order > HIGHEST_ORDER || patches.len() < count {
+        if order > HIGHEST_ORDER || cells.len() < count {
             return None;
         }
-        let mut matrix = DMatrix::zeros(patches.len(), count);
-        for (row, patch) in patches.iter().enumerate() {
-            let across = mean_powers(&patch.columns, columns, order);
-            let down = mean_powers(&patch.rows, rows, order);
+        let mut matrix = DMatrix::zeros(cells.len(), count);
+        for (row, cell) in cells.iter().enumerate() {
+            let across = mean_powers(&cell.columns, columns, order);
+            let down = mean_powers(&cell.rows, rows, order);
             for (term, (i, j)) in powers(order).enumerate() {
                 matrix[(row, term)] = across[i] * down[j];
             }
         }
-        let values = DVector::from_iterator(patches.len(), patches.iter().map(|patch| patch.mean));
+        let values = DVector::from_iterator(cells.len(), cells.iter().map(|cell| cell.mean));
         let decomposition = matrix.qr();
         let upper = decomposition.r();
         let diagonal = upper.diagonal().abs();
@@ -211,11 +220,11 @@ mod tests {
 
     use super::*;
 
-    fn pixels(rows: usize, columns: usize, value: impl Fn(f64, f64) -> f64) -> Vec<Patch> {
+    fn pixels(rows: usize, columns: usize, value: impl Fn(f64, f64) -> f64) -> Vec<Cell> {
         (0..rows * columns)
             .map(|index| {
                 let (x, y) = (index % columns, index / columns);
-                Patch { columns: x..x + 1, rows: y..y + 1, mean: value(x as f64, y as f64) }
+                Cell { columns: x..x + 1, rows: y..y + 1, mean: value(x as f64, y as f64), pixels: 1 }
             })
             .collect()
     }
@@ -245,8 +254,8 @@ mod tests {
     fn too_few_places_are_no_polynomial() {
         assert_eq!(Polynomial::fit(1, 3, 3, &pixels(1, 2, |x, _| x)), None);
         // Nine places, but in one line.
-        let line: Vec<Patch> =
-            (0..9).map(|x| Patch { columns: x..x + 1, rows: 4..5, mean: x as f64 }).collect();
+        let line: Vec<Cell> =
+            (0..9).map(|x| Cell { columns: x..x + 1, rows: 4..5, mean: x as f64, pixels: 1 }).collect();
         assert_eq!(Polynomial::fit(1, 9, 9, &line), None);
         assert_eq!(Polynomial::fit(HIGHEST_ORDER + 1, 20, 20, &pixels(20, 20, |x, _| x)), None);
         assert_eq!(Polynomial::new(2, 2, vec![0.0; 4]), None);
@@ -270,16 +279,16 @@ mod tests {
         ) {
             let truth = Polynomial::new(rows, columns, seed[..terms(order)].to_vec()).unwrap();
             let cell = |index: usize, size: usize| index * size / 10..(index + 1) * size / 10;
-            let patches: Vec<Patch> = (0..100)
+            let cells: Vec<Cell> = (0..100)
                 .map(|index| {
                     let (columns, rows) = (cell(index % 10, columns), cell(index / 10, rows));
-                    let count = (columns.len() * rows.len()) as f64;
+                    let pixels = columns.len() * rows.len();
                     let sum: f64 = rows.clone().flat_map(|y| columns.clone().map(move |x| (x, y)))
                         .map(|(x, y)| truth.at(x as f64, y as f64)).sum();
-                    Patch { columns, rows, mean: sum / count }
+                    Cell { columns, rows, mean: sum / pixels as f64, pixels }
                 })
                 .collect();
-            let found = Polynomial::fit(order, rows, columns, &patches).unwrap();
+            let found = Polynomial::fit(order, rows, columns, &cells).unwrap();
             for (found, truth) in found.coefficients().iter().zip(truth.coefficients()) {
                 prop_assert!((found - truth).abs() < 1e-8, "{found} {truth}");
             }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Correction, DarkModel, FlatField, FlatMethod, FlatModel, Outlier, PhotometryError, dark_frame, flat_field,
+    DarkModel, DarkRecord, FlatField, FlatMethod, FlatModel, Outlier, PhotometryError, dark_frame, flat_field,
 };
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
@@ -52,22 +52,6 @@ impl<T> Outcome<T> {
     }
 }
 
-/// The part of the dark frames' result that is recorded.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DarkRecord {
-    /// The dark level that is subtracted.
-    pub model: DarkModel,
-    /// Mean, in DN.
-    pub level_dn: f64,
-    /// Standard deviation of a sample from frame to frame, in DN; `None` for a single frame.
-    pub noise_dn: Option<f64>,
-    /// Standard deviation of the fixed pattern, in DN; `None` for a single frame.
-    pub pattern_dn: Option<f64>,
-    /// Number of frames.
-    pub frames: usize,
-}
-
 /// The photometric calibration that was found and is applied. Maps are not part of it: they are stored as
 /// files beside it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -94,6 +78,18 @@ pub struct Maps {
     pub dark: Option<Grid<f32>>,
     /// Gain with mean 1, if the model is [`FlatModel::PerPixel`].
     pub flat_field: Option<Grid<f32>>,
+}
+
+/// A pixel's light is (value - subtract) * multiply; pixels in `defective` have the mean of their good
+/// neighbours, corrected, instead.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Correction {
+    /// Dark level, in DN. `None` for zero everywhere.
+    pub subtract: Option<Grid<f32>>,
+    /// 1 over the gain, positive, whose mean is near 1. `None` for one everywhere.
+    pub multiply: Option<Grid<f32>>,
+    /// Columns and rows of the pixels that cannot be used, sorted.
+    pub defective: Vec<(usize, usize)>,
 }
 
 impl Photometry {
@@ -142,22 +138,15 @@ impl Photometry {
                 "there are no dark frames; cover the lens and take eight with the settings of the scan"
                     .to_owned(),
             ),
-            Some(found) => match found.model {
+            Some(found) => match found.record.model {
                 DarkModel::CutOff(share) => Outcome::NotApplied(format!(
                     "{:.1} % of the dark samples are 0, so the dark level may be cut off there and its mean too high; raise the camera's black \
                      level, if it has one",
                     100.0 * share
                 )),
                 model => {
-                    let record = DarkRecord {
-                        model,
-                        level_dn: found.level_dn,
-                        noise_dn: found.noise_dn,
-                        pattern_dn: found.pattern_dn,
-                        frames: found.frames,
-                    };
                     maps.dark = (model == DarkModel::Map).then_some(found.mean);
-                    Outcome::Applied(record)
+                    Outcome::Applied(found.record)
                 }
             },
         };

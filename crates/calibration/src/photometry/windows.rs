@@ -23,19 +23,13 @@ const FARTHEST_PX: f64 = 3.0;
 /// Number of rows of each window that are used for that.
 const ROWS_LOOKED_AT: usize = 16;
 
-/// Means of windows in all frames.
-pub(super) struct Followed {
-    /// Natural logarithms of the means; NaN where a window is not, or not wholly, in view. A list over the
-    /// frames for each window.
-    pub(super) logarithms: Vec<Vec<f64>>,
-    /// Disparity of each, in px.
-    pub(super) disparities_px: Vec<f64>,
-}
-
 /// Follows windows through the volume that move by about `disparity_px`. Each finds its own disparity first:
 /// by Gauss-Newton steps on the drift of its contents with tau, whatever the brightness. So no texture enters
 /// or leaves at its edges, although the surface may be slanted.
-pub(super) fn follow(volume: &Volume, disparity_px: f64) -> Followed {
+///
+/// Of each window the disparity in px, and a list over the frames of the natural logarithms of its means; NaN
+/// where it is not, or not wholly, in view.
+pub(super) fn follow(volume: &Volume, disparity_px: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
     let side = |size: usize| (size / PER_SIDE).clamp(SIDES.0, SIDES.1).min(size);
     let (width, height) = (side(volume.columns()), side(volume.rows()));
     let bands: Vec<usize> = (0..volume.rows() / height).map(|band| band * height).collect();
@@ -43,8 +37,7 @@ pub(super) fn follow(volume: &Volume, disparity_px: f64) -> Followed {
         .par_iter()
         .flat_map_iter(|&first_row| Band::new(volume, first_row, height).windows(disparity_px, width))
         .collect();
-    let (disparities_px, logarithms) = windows.into_iter().unzip();
-    Followed { logarithms, disparities_px }
+    windows.into_iter().unzip()
 }
 
 /// Some rows of all frames.

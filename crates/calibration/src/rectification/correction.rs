@@ -1,7 +1,7 @@
 //! Correction of the raw samples before they are resampled.
 
 use super::RectifyError;
-use crate::photometry::Correction;
+use crate::photometry::{Correction, nearest_good};
 
 /// A pixel that is replaced by the mean of its neighbours.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,14 +24,9 @@ pub(super) fn prepared(
 ) -> Result<Vec<Replaced>, RectifyError> {
     for (map, name) in [(&correction.subtract, "dark"), (&correction.multiply, "gain")] {
         let Some(map) = map else { continue };
-        if (map.rows(), map.columns()) != (rows, columns) {
-            return Err(RectifyError::CorrectionSize {
-                map: name,
-                rows: map.rows(),
-                columns: map.columns(),
-                expected_rows: rows,
-                expected_columns: columns,
-            });
+        let (found, expected) = ((map.rows(), map.columns()), (rows, columns));
+        if found != expected {
+            return Err(RectifyError::CorrectionSize { map: name, found, expected });
         }
         if let Some(index) = map.values().iter().position(|value| !value.is_finite()) {
             return Err(RectifyError::CorrectionValue { map: name, x: index % columns, y: index / columns });
@@ -40,14 +35,12 @@ pub(super) fn prepared(
     let mut defective: Vec<_> = correction.defective.iter().map(|&(x, y)| (y, x)).collect();
     defective.sort_unstable();
     defective.dedup();
-    let good = |x: usize, y: usize| defective.binary_search(&(y, x)).is_err();
+    let is_good = |&(x, y): &(usize, usize)| defective.binary_search(&(y, x)).is_err();
     let replaced = |&(y, x): &(usize, usize)| {
         if x >= columns || y >= rows {
             return Err(RectifyError::Defective { x, y });
         }
-        (1..=FARTHEST_PX)
-            .map(|reach| around(x, y, reach, rows, columns).filter(|&(x, y)| good(x, y)).collect())
-            .find(|neighbours: &Vec<_>| !neighbours.is_empty())
+        nearest_good((x, y), (rows, columns), FARTHEST_PX, is_good)
             .map(|neighbours| Replaced { x, y, neighbours })
             .ok_or(RectifyError::Defective { x, y })
     };
@@ -59,20 +52,6 @@ pub(super) fn apply(correction: &Correction, x: usize, y: usize, sample: f32) ->
     let dark = correction.subtract.as_ref().map_or(0.0, |map| map.at(x, y));
     let gain = correction.multiply.as_ref().map_or(1.0, |map| map.at(x, y));
     (sample - dark) * gain
-}
-
-/// The pixels of the image that are at most `reach` columns and rows away.
-fn around(
-    x: usize,
-    y: usize,
-    reach: usize,
-    rows: usize,
-    columns: usize,
-) -> impl Iterator<Item = (usize, usize)> {
-    let lines = y.saturating_sub(reach)..(y + reach + 1).min(rows);
-    lines.flat_map(move |line| {
-        (x.saturating_sub(reach)..(x + reach + 1).min(columns)).map(move |column| (column, line))
-    })
 }
 
 #[cfg(test)]

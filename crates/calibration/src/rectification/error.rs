@@ -38,20 +38,16 @@ pub enum RectifyError {
     },
     /// A map of the correction has another size than the raw frames.
     #[error(
-        "the {map} frame is {columns} x {rows}, the frames are {expected_columns} x {expected_rows}; take it again with \
-         the camera's present format"
+        "the {map} frame is {} x {}, the frames are {} x {}; take it again with the camera's present format",
+        found.1, found.0, expected.1, expected.0
     )]
     CorrectionSize {
         /// The map: the subtracted ("dark") or the multiplied one ("gain").
         map: &'static str,
-        /// Its rows.
-        rows: usize,
-        /// Its columns.
-        columns: usize,
-        /// Rows of the raw frames.
-        expected_rows: usize,
-        /// Columns of the raw frames.
-        expected_columns: usize,
+        /// Its rows and columns.
+        found: (usize, usize),
+        /// Those of the raw frames.
+        expected: (usize, usize),
     },
     /// A correction that is no number, or infinite.
     #[error(
@@ -77,42 +73,29 @@ pub enum RectifyError {
     },
     /// A frame of another size or bit depth than it must have.
     #[error(
-        "frame {index} is {columns} x {rows} of {bit_depth} bit, expected is {expected_columns} x {expected_rows} of \
-         {expected_bit_depth} bit; the calibration holds for one format of the camera only"
+        "frame {index} is {found}, expected is {expected}; the calibration holds for one format of the camera only"
     )]
     Frame {
         /// Index of the frame in the volume.
         index: usize,
-        /// Its rows.
-        rows: usize,
-        /// Its columns.
-        columns: usize,
-        /// Its bit depth.
-        bit_depth: u8,
-        /// Rows of the raw frames.
-        expected_rows: usize,
-        /// Columns of the raw frames.
-        expected_columns: usize,
-        /// Bit depth of the volume.
-        expected_bit_depth: u8,
+        /// Its columns x rows and bits.
+        found: String,
+        /// Size of the raw frames, and bits of the volume.
+        expected: String,
     },
     /// The volume is not one that this mapping fills.
     #[error(
-        "the volume has {frames} frames of {columns} x {rows}; {needed} fine frames of {expected_columns} x {expected_rows} \
-         are needed"
+        "the volume has {frames} frames of {} x {}; {needed} fine frames of {} x {} are needed",
+        found.1, found.0, expected.1, expected.0
     )]
     Volume {
         /// Frames of the volume.
         frames: usize,
-        /// Rows of the volume.
-        rows: usize,
-        /// Columns of the volume.
-        columns: usize,
+        /// Its rows and columns.
+        found: (usize, usize),
         /// Frames that it needs at least.
         needed: usize,
-        /// Rows of the rectified camera.
-        expected_rows: usize,
-        /// Columns of the rectified camera.
-        expected_columns: usize,
+        /// Rows and columns of the rectified camera.
+        expected: (usize, usize),
     },
 }

@@ -25,27 +25,6 @@ impl Mapping {
         raw_rows: usize,
         raw_columns: usize,
     ) -> Result<Self, RectifyError> {
-        let uncut = Self::covering(lens, roll_rad, pan_rad, raw_rows, raw_columns)?;
-        if uncut.is_identity() {
-            return Ok(uncut);
-        }
-        let (columns, rows) = largest_rectangle(&uncut.valid())
-            .ok_or(RectifyError::NothingLeft { rows: raw_rows, columns: raw_columns })?;
-        Ok(uncut.cut(columns, rows))
-    }
-
-    /// The mapping whose rectified image shows all of the raw image, and whatever lies around it;
-    /// [`Self::valid`] tells which is which. At most twice the raw image's width and height are covered.
-    ///
-    /// # Errors
-    /// [`RectifyError::NothingLeft`] if the middle of the raw image is not in front of the rectified camera.
-    pub fn covering(
-        lens: Lens,
-        roll_rad: f64,
-        pan_rad: f64,
-        raw_rows: usize,
-        raw_columns: usize,
-    ) -> Result<Self, RectifyError> {
         let camera = RectifiedCamera {
             rows: raw_rows,
             columns: raw_columns,
@@ -78,17 +57,21 @@ impl Mapping {
             least = (least.0.min(x), least.1.min(y));
             most = (most.0.max(x), most.1.max(y));
         }
+        // At most twice the raw image's width and height are looked at.
         let span = |least: f64, most: f64, size: usize| {
             let half = (size / 2) as f64;
             let first = least.floor().max(-half) as i64;
             let last = most.ceil().min((size - 1) as f64 + half) as i64;
             first..last + 1
         };
-        Ok(mapping.cut(span(least.0, most.0, raw_columns), span(least.1, most.1, raw_rows)))
+        // All of the raw image, and whatever lies around it.
+        let uncut = mapping.cut(span(least.0, most.0, raw_columns), span(least.1, most.1, raw_rows));
+        let (columns, rows) = largest_rectangle(&uncut.valid()).ok_or(nothing)?;
+        Ok(uncut.cut(columns, rows))
     }
 
     /// Which rectified pixels lie at least [`BORDER_PX`] inside the raw image.
-    pub fn valid(&self) -> Grid<bool> {
+    fn valid(&self) -> Grid<bool> {
         let mut valid = Grid::filled(self.camera.rows, self.camera.columns, false);
         let inside = |place: f64, size: usize| place >= BORDER_PX && place <= (size as f64 - 1.0) - BORDER_PX;
         let columns = self.camera.columns.max(1);

@@ -1,4 +1,5 @@
-//! The inner loops, compiled for each instruction set and chosen at run time.
+//! The inner loops. The caller dispatches them: they are compiled for each instruction set and chosen at run
+//! time.
 //!
 //! The map is the same for all frames, so eight frames are processed together: a pixel is eight samples, one
 //! of each frame, and each operation on a pixel is one vector operation. There are no gathers, and weights
@@ -7,8 +8,6 @@
 //! [`epirig_core::spline`].
 
 use std::array;
-
-use fearless_simd::{Level, Simd, dispatch};
 
 use epirig_core::spline::quintic::{POLES, TAPS, weights};
 
@@ -21,12 +20,8 @@ pub(super) type Pixel = [f32; LANES];
 const BLOCK: usize = 32;
 
 /// The same row of eight frames as pixels.
-pub(super) fn interleave<T: Copy + Into<f32>>(level: Level, rows: [&[T]; LANES], out: &mut [Pixel]) {
-    dispatch!(level, simd => interleave_row(simd, rows, out));
-}
-
 #[inline(always)]
-fn interleave_row<S: Simd, T: Copy + Into<f32>>(_simd: S, rows: [&[T]; LANES], out: &mut [Pixel]) {
+pub(super) fn interleave<T: Copy + Into<f32>>(rows: [&[T]; LANES], out: &mut [Pixel]) {
     let rows = rows.map(|row| &row[..out.len()]);
     for (x, pixel) in out.iter_mut().enumerate() {
         *pixel = array::from_fn(|lane| rows[lane][x].into());
@@ -34,32 +29,20 @@ fn interleave_row<S: Simd, T: Copy + Into<f32>>(_simd: S, rows: [&[T]; LANES], o
 }
 
 /// Subtracts from each pixel its value of `dark`.
-pub(super) fn subtract(level: Level, row: &mut [Pixel], dark: &[f32]) {
-    dispatch!(level, simd => subtract_row(simd, row, dark));
-}
-
 #[inline(always)]
-fn subtract_row<S: Simd>(_simd: S, row: &mut [Pixel], dark: &[f32]) {
+pub(super) fn subtract(row: &mut [Pixel], dark: &[f32]) {
     row.iter_mut().zip(dark).for_each(|(pixel, dark)| pixel.iter_mut().for_each(|value| *value -= dark));
 }
 
 /// Multiplies each pixel by its value of `gain`.
-pub(super) fn multiply(level: Level, row: &mut [Pixel], gain: &[f32]) {
-    dispatch!(level, simd => multiply_row(simd, row, gain));
-}
-
 #[inline(always)]
-fn multiply_row<S: Simd>(_simd: S, row: &mut [Pixel], gain: &[f32]) {
+pub(super) fn multiply(row: &mut [Pixel], gain: &[f32]) {
     row.iter_mut().zip(gain).for_each(|(pixel, gain)| pixel.iter_mut().for_each(|value| *value *= gain));
 }
 
 /// The recursive filter along a row, forth and back, begun as if the row went on as it begins and ends.
-pub(super) fn filter_row(level: Level, row: &mut [Pixel]) {
-    dispatch!(level, simd => filter_pixels(simd, row));
-}
-
 #[inline(always)]
-fn filter_pixels<S: Simd>(_simd: S, row: &mut [Pixel]) {
+pub(super) fn filter_row(row: &mut [Pixel]) {
     let Some(&first) = row.first() else { return };
     let mut states = constant_before(first);
     row.iter_mut().for_each(|pixel| step(pixel, &mut states));
@@ -68,12 +51,8 @@ fn filter_pixels<S: Simd>(_simd: S, row: &mut [Pixel]) {
 }
 
 /// The same down the columns of a buffer of rows of `stride` pixels.
-pub(super) fn filter_columns(level: Level, buffer: &mut [Pixel], stride: usize) {
-    dispatch!(level, simd => filter_lines(simd, buffer, stride));
-}
-
 #[inline(always)]
-fn filter_lines<S: Simd>(_simd: S, buffer: &mut [Pixel], stride: usize) {
+pub(super) fn filter_columns(buffer: &mut [Pixel], stride: usize) {
     let mut states = [[[0.0; LANES]; POLES.len()]; BLOCK];
     for start in (0..stride).step_by(BLOCK) {
         let end = (start + BLOCK).min(stride);
@@ -119,12 +98,8 @@ fn step(pixel: &mut Pixel, states: &mut [Pixel; POLES.len()]) {
 
 /// The weights for each of the `fractions` times `factor`: all those of the first tap, then of the second,
 /// and so on.
-pub(super) fn weight_rows(level: Level, fractions: &[f32], factor: f32, out: &mut [f32]) {
-    dispatch!(level, simd => weigh(simd, fractions, factor, out));
-}
-
 #[inline(always)]
-fn weigh<S: Simd>(_simd: S, fractions: &[f32], factor: f32, out: &mut [f32]) {
+pub(super) fn weight_rows(fractions: &[f32], factor: f32, out: &mut [f32]) {
     let count = fractions.len();
     let mut rest = out;
     let rows: [&mut [f32]; TAPS] = array::from_fn(|_| {
@@ -158,12 +133,8 @@ pub(super) struct Taps<'a> {
 }
 
 /// Samples of one rectified row, in counts.
-pub(super) fn sample(level: Level, taps: Taps, out: &mut [[u16; LANES]]) {
-    dispatch!(level, simd => sample_row(simd, taps, out));
-}
-
 #[inline(always)]
-fn sample_row<S: Simd>(_simd: S, taps: Taps, out: &mut [[u16; LANES]]) {
+pub(super) fn sample(taps: Taps, out: &mut [[u16; LANES]]) {
     let count = out.len();
     let starts = &taps.starts[..count];
     let across: [&[f32]; TAPS] = array::from_fn(|tap| &taps.across[tap * count..][..count]);
@@ -188,12 +159,8 @@ fn sample_row<S: Simd>(_simd: S, taps: Taps, out: &mut [[u16; LANES]]) {
 }
 
 /// Pixels times `factor`, in counts.
-pub(super) fn scale(level: Level, row: &[Pixel], factor: f32, out: &mut [[u16; LANES]]) {
-    dispatch!(level, simd => scale_row(simd, row, factor, out));
-}
-
 #[inline(always)]
-fn scale_row<S: Simd>(_simd: S, row: &[Pixel], factor: f32, out: &mut [[u16; LANES]]) {
+pub(super) fn scale(row: &[Pixel], factor: f32, out: &mut [[u16; LANES]]) {
     for (out, pixel) in out.iter_mut().zip(row) {
         *out = rounded(pixel.map(|value| factor * value));
     }

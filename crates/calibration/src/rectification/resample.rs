@@ -3,14 +3,14 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use super::correction::{Replaced, apply, prepared};
 use super::kernels::{self, LANES, Pixel, Taps};
 use super::spline::{HORIZON, filter_gain};
 use super::{Mapping, RectifyError};
-use crate::photometry::Correction;
+use crate::photometry::{Correction, format_in_words};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::tau::Tau;
@@ -156,30 +156,17 @@ impl Rectifier {
     fn check(&self, volume: &Volume, first_index: usize, frames: &[Frame]) -> Result<(), RectifyError> {
         let camera = self.mapping.camera;
         let needed = first_index.saturating_add(frames.len());
-        let fits = (volume.rows(), volume.columns()) == (camera.rows, camera.columns);
-        if !fits || !volume.is_fine() || needed > volume.frames() {
-            return Err(RectifyError::Volume {
-                frames: volume.frames(),
-                rows: volume.rows(),
-                columns: volume.columns(),
-                needed,
-                expected_rows: camera.rows,
-                expected_columns: camera.columns,
-            });
+        let (frames_there, found) = (volume.frames(), (volume.rows(), volume.columns()));
+        let expected = (camera.rows, camera.columns);
+        if found != expected || !volume.is_fine() || needed > frames_there {
+            return Err(RectifyError::Volume { frames: frames_there, found, needed, expected });
         }
         let expected = (self.mapping.raw_rows, self.mapping.raw_columns, volume.bit_depth());
-        let unlike = |frame: &&Frame| (frame.rows(), frame.columns(), frame.bit_depth()) != expected;
-        let Some(offset) = frames.iter().position(|frame| unlike(&frame)) else { return Ok(()) };
-        let frame = &frames[offset];
-        Err(RectifyError::Frame {
-            index: first_index + offset,
-            rows: frame.rows(),
-            columns: frame.columns(),
-            bit_depth: frame.bit_depth(),
-            expected_rows: expected.0,
-            expected_columns: expected.1,
-            expected_bit_depth: expected.2,
-        })
+        let mut found = frames.iter().map(|frame| (frame.rows(), frame.columns(), frame.bit_depth()));
+        let unlike = (first_index..).zip(&mut found).find(|(_, found)| *found != expected);
+        let Some((index, found)) = unlike else { return Ok(()) };
+        let [found, expected] = [found, expected].map(format_in_words);
+        Err(RectifyError::Frame { index, found, expected })
     }
 
     fn find_places(&mut self, stride: usize) -> Result<(), RectifyError> {
@@ -242,8 +229,9 @@ impl Rectifier {
             buffers.coefficients.resize(columns, [0.0; LANES]);
             for (y, row) in (band * BAND..).zip(rows) {
                 self.load_row(frames, y, &mut buffers.coefficients);
-                kernels::scale(self.level, &buffers.coefficients, counts_per_dn, &mut buffers.counts);
-                kernels::separate(&buffers.counts, row.chunks_exact_mut(columns));
+                let Buffers { coefficients, counts, .. } = &mut *buffers;
+                dispatch!(self.level, _simd => kernels::scale(coefficients, counts_per_dn, counts));
+                kernels::separate(counts, row.chunks_exact_mut(columns));
             }
             return;
         }
@@ -254,8 +242,9 @@ impl Rectifier {
         for (y, row) in (band * BAND..).zip(rows) {
             let line = y * columns..(y + 1) * columns;
             let factor = counts_per_dn / filter_gain();
-            kernels::weight_rows(self.level, &self.fractions_x[line.clone()], 1.0, &mut buffers.across);
-            kernels::weight_rows(self.level, &self.fractions_y[line.clone()], factor, &mut buffers.down);
+            let [right, down] = [&self.fractions_x, &self.fractions_y].map(|all| &all[line.clone()]);
+            dispatch!(self.level, _simd => kernels::weight_rows(right, 1.0, &mut buffers.across));
+            dispatch!(self.level, _simd => kernels::weight_rows(down, factor, &mut buffers.down));
             let taps = Taps {
                 coefficients: &buffers.coefficients,
                 stride,
@@ -264,7 +253,7 @@ impl Rectifier {
                 across: &buffers.across,
                 down: &buffers.down,
             };
-            kernels::sample(self.level, taps, &mut buffers.counts);
+            dispatch!(self.level, _simd => kernels::sample(taps, &mut buffers.counts));
             kernels::separate(&buffers.counts, row.chunks_exact_mut(columns));
         }
     }
@@ -289,9 +278,9 @@ impl Rectifier {
             for outside in (0..PAD).chain(PAD + raw_columns..stride) {
                 line[outside] = line[PAD + mirrored(outside as isize - PAD as isize, raw_columns)];
             }
-            kernels::filter_row(self.level, line);
+            dispatch!(self.level, _simd => kernels::filter_row(line));
         }
-        kernels::filter_columns(self.level, coefficients, stride);
+        dispatch!(self.level, _simd => kernels::filter_columns(coefficients, stride));
         first_row
     }
 
@@ -308,15 +297,15 @@ impl Rectifier {
         });
         // All frames have one bit depth, hence one type.
         if wide[0].is_empty() {
-            kernels::interleave(self.level, narrow, out);
+            dispatch!(self.level, _simd => kernels::interleave(narrow, out));
         } else {
-            kernels::interleave(self.level, wide, out);
+            dispatch!(self.level, _simd => kernels::interleave(wide, out));
         }
         if let Some(dark) = &self.correction.subtract {
-            kernels::subtract(self.level, out, dark.row(y));
+            dispatch!(self.level, _simd => kernels::subtract(out, dark.row(y)));
         }
         if let Some(gain) = &self.correction.multiply {
-            kernels::multiply(self.level, out, gain.row(y));
+            dispatch!(self.level, _simd => kernels::multiply(out, gain.row(y)));
         }
         let first = self.replaced.partition_point(|pixel| pixel.y < y);
         for pixel in self.replaced[first..].iter().take_while(|pixel| pixel.y == y) {

@@ -268,5 +268,7 @@ fn what_does_not_go_together_is_refused() {
     ));
     let mut shallow = rectifier.volume(8, tau());
     let error = rectifier.insert(&mut shallow, 1, &[frame]);
-    assert!(matches!(error, Err(RectifyError::Frame { index: 1, bit_depth: 12, .. })));
+    let size = format!("{} x {}", mapping.raw_columns, mapping.raw_rows);
+    let (found, expected) = (format!("{size} of 12 bit"), format!("{size} of 8 bit"));
+    assert_eq!(error, Err(RectifyError::Frame { index: 1, found, expected }));
 }
