@@ -53,9 +53,7 @@ impl Calibration {
         (!fits(camera.rows, longer) || !fits(camera.columns, longer))
             .then(|| format!("its rectified frames are {} x {}", camera.columns, camera.rows))
     }
-}
 
-impl Calibration {
     /// The first impossible value of lens, scale and gains, if there is one.
     fn impossible(&self, rows: usize, columns: usize) -> Option<String> {
         /// Range of lengths, in mm, as for positions.
@@ -64,17 +62,17 @@ impl Calibration {
         const GAINS: RangeInclusive<f64> = 1e-3..=1e3;
         let Self { mapping, positions, .. } = self;
         let (camera, lens) = (mapping.camera, mapping.lens);
-        let rectified = Intrinsics {
-            focal_length_px: camera.focal_length_px,
-            principal_point_x_px: camera.principal_point_x_px,
-            principal_point_y_px: camera.principal_point_y_px,
-        };
-        let raw = |focal_length_px: f64| Intrinsics {
+        let of = |focal_length_px, (principal_point_x_px, principal_point_y_px)| Intrinsics {
             focal_length_px,
-            principal_point_x_px: lens.principal_point_x_px,
-            principal_point_y_px: lens.principal_point_y_px,
+            principal_point_x_px,
+            principal_point_y_px,
         };
-        let of_lens = [rectified, raw(lens.focal_length_x_px), raw(lens.focal_length_y_px)];
+        let principal_point = (lens.principal_point_x_px, lens.principal_point_y_px);
+        let of_lens = [
+            of(camera.focal_length_px, (camera.principal_point_x_px, camera.principal_point_y_px)),
+            of(lens.focal_length_x_px, principal_point),
+            of(lens.focal_length_y_px, principal_point),
+        ];
         let of_lens = of_lens.iter().find_map(|intrinsics| intrinsics.impossible(rows, columns));
         let turned = mapping.roll_rad.abs().max(mapping.pan_rad.abs());
         let gains = self.frame_gains.applied().map_or(&[][..], |gains| &gains.gain);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use epirig_calibration::lens::views::LensError;
+use epirig_calibration::lens::views::{LensError, with_view_named};
 use epirig_calibration::photometry::PhotometryError;
 use epirig_calibration::rectification::RectifyError;
 use epirig_calibration::stage_axis::StageAxisError;
@@ -12,7 +12,6 @@ use epirig_calibration::target::{OtherSize, TargetError};
 use epirig_calibration::texture_motion::TextureMotionError;
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::tau::TauError;
-use epirig_data::formats::FormatError;
 use epirig_data::sequence::SequenceError;
 use epirig_data::storage::ReadError;
 
@@ -88,7 +87,7 @@ pub enum CalibrateError {
         needed: usize,
     },
     /// The board frames do not determine the lens.
-    #[error("the board frames do not determine the lens: {}", source.with_view_named(file))]
+    #[error("the board frames do not determine the lens: {}", with_view_named(source, source.view(), file))]
     Lens {
         /// The cause.
         source: LensError,
@@ -119,19 +118,16 @@ pub enum CalibrateError {
     },
     /// The lens belongs to frames of another size.
     #[error(
-        "the lens of {name} is for frames of {columns} x {rows}, these are {expected_columns} x {expected_rows}; calibrate with the present format of the camera"
+        "the lens of {name} is for frames of {} x {}, these are {} x {}; calibrate with the present format of the camera",
+        found.1, found.0, expected.1, expected.0
     )]
     LensSize {
         /// Source of the lens.
         name: String,
-        /// Its columns.
-        columns: usize,
-        /// Its rows.
-        rows: usize,
-        /// Columns of the frames.
-        expected_columns: usize,
-        /// Rows of the frames.
-        expected_rows: usize,
+        /// Its rows and columns.
+        found: (usize, usize),
+        /// Rows and columns of the frames.
+        expected: (usize, usize),
     },
     /// Corners of the target are missing or cannot be identified.
     #[error("the target on the object: {0}")]
@@ -191,23 +187,10 @@ pub enum CalibrateError {
     /// Positions cannot be measured from the texture.
     #[error("positions from the texture: {0}; use the given positions with --positions stage")]
     TextureMotion(#[source] TextureMotionError),
-    /// Frames whose texture does not connect them with the others.
-    #[error(
-        "positions from the texture: {found} cannot be connected with the others, because they share too little texture, or it repeats; \
-         {cure} use the given positions with --positions stage"
-    )]
-    Apart {
-        /// Those frames, in words.
-        found: String,
-        /// What helps where the frames come from.
-        cure: &'static str,
-    },
-    /// Frames that do not stand beyond the one before.
-    #[error(
-        "positions from the texture must increase, but {found}; {cure} use the given positions with --positions stage"
-    )]
-    Returns {
-        /// Those frames, in words.
+    /// Frames whose texture does not connect them with the others, or that do not stand beyond the one before.
+    #[error("positions from the texture{found}; {cure} use the given positions with --positions stage")]
+    TextureOfFrames {
+        /// Those frames and what is wrong with them, in words.
         found: String,
         /// What helps where the frames come from.
         cure: &'static str,
@@ -215,21 +198,13 @@ pub enum CalibrateError {
     /// The frames cannot be rectified.
     #[error(transparent)]
     Rectify(#[from] RectifyError),
-    /// The record is invalid.
+    /// The record or a map of it is invalid.
     #[error("{}: {reason}; run `epirig calibrate --overwrite` again", path.display())]
     BadRecord {
         /// The file.
         path: PathBuf,
         /// What is wrong.
         reason: String,
-    },
-    /// A map of the calibration is invalid.
-    #[error("{}: {source}; run `epirig calibrate --overwrite` again", path.display())]
-    Map {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: FormatError,
     },
     /// The record belongs to other frames.
     #[error("{} is stale: {what}; run `epirig calibrate --overwrite` again, or ignore it with `match --as-captured`", path.display())]
@@ -268,7 +243,7 @@ impl Fault for CalibrateError {
             | Self::NoBaseline
             | Self::BoardNotDescribed { .. }
             | Self::LensSize { .. } => Blame::Request,
-            Self::BadRecord { .. } | Self::Map { .. } | Self::Stale { .. } => Blame::Data,
+            Self::BadRecord { .. } | Self::Stale { .. } => Blame::Data,
             Self::Nothing { .. }
             | Self::Photometry(_)
             | Self::OtherBoard { .. }
@@ -283,8 +258,7 @@ impl Fault for CalibrateError {
             | Self::ScaleContradicts { .. }
             | Self::Positions(_)
             | Self::TextureMotion(_)
-            | Self::Apart { .. }
-            | Self::Returns { .. }
+            | Self::TextureOfFrames { .. }
             | Self::Rectify(_) => Blame::Rejection,
         }
     }

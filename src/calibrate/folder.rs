@@ -95,7 +95,7 @@ impl CalibrationFolder {
         let encode = |name: &'static str, map: &Option<Grid<f32>>| {
             let bytes = map.as_ref().map(|map| MapFormat::Tiff.encode(map)).transpose();
             let place = folder.join(usual(name));
-            bytes.map_err(|source| CalibrateError::Map { path: place, source })
+            bytes.map_err(|error| CalibrateError::BadRecord { path: place, reason: error.to_string() })
         };
         let maps =
             [(DARK_MAP, encode(DARK_MAP, &maps.dark)?), (FLAT_MAP, encode(FLAT_MAP, &maps.flat_field)?)];
@@ -195,10 +195,8 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
     let calibration = read_calibration_file(&path)?;
     let now = InputHashes::of(sequence);
     let other = calibration.sequence_uid != sequence.record().uid;
-    let what = match calibration.inputs.difference(&now) {
-        _ if other => Some("it was made for another sequence".to_owned()),
-        stale => stale.map(|stale| stale.to_string()),
-    };
+    let another = other.then(|| "it was made for another sequence".to_owned());
+    let what = another.or_else(|| calibration.inputs.difference(&now));
     if let Some(what) = what {
         return Err(CalibrateError::Stale { path, what });
     }
@@ -268,7 +266,7 @@ fn read_map(sequence: &Path, name: &str, wanted: &str) -> Result<Grid<f32>, Cali
         match read_inside(sequence, &format!("{FOLDER}/{file}"), LARGEST_MAP) {
             Ok(bytes) if hash(&bytes) == wanted => {
                 let map = MapFormat::Tiff.decode(&bytes);
-                return map.map_err(|source| CalibrateError::Map { path, source });
+                return map.map_err(|error| CalibrateError::BadRecord { path, reason: error.to_string() });
             }
             Ok(_) => {
                 let reason = format!("it is not the map that belongs to {CALIBRATION}");

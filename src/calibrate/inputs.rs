@@ -20,39 +20,11 @@ pub struct InputHashes {
     pub counts: [usize; 4],
 }
 
-/// A change of the inputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stale {
-    /// The kind of the frames.
-    pub kind: FrameKind,
-    /// Former number of frames.
-    pub before: usize,
-    /// Present number of frames.
-    pub now: usize,
-}
-
-impl std::fmt::Display for Stale {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let kind = match self.kind {
-            FrameKind::Scan => "frames of the scan",
-            FrameKind::Dark => "dark frames",
-            FrameKind::Flat => "flat frames",
-            FrameKind::Board => "board frames",
-        };
-        if self.before == self.now {
-            write!(formatter, "the {kind} have changed since it was made")
-        } else {
-            write!(formatter, "it was made of {} {kind}, now there are {}", self.before, self.now)
-        }
-    }
-}
-
-const KINDS: [FrameKind; 3] = [FrameKind::Dark, FrameKind::Flat, FrameKind::Board];
-
 impl InputHashes {
     /// Hashes from the journal of a sequence. Files are checked against the journal whenever they are read.
     pub fn of(sequence: &Sequence) -> Self {
-        let [dark, flat, board] = KINDS.map(|kind| sequence.calibration_frames(kind));
+        let [dark, flat, board] = [FrameKind::Dark, FrameKind::Flat, FrameKind::Board]
+            .map(|kind| sequence.calibration_frames(kind));
         Self {
             frames: hash(sequence.frames()),
             dark: hash(&dark),
@@ -62,13 +34,17 @@ impl InputHashes {
         }
     }
 
-    /// The first difference to `now`; `None` if there is none.
-    pub fn difference(&self, now: &Self) -> Option<Stale> {
+    /// The first difference to `now` in words; `None` if there is none.
+    pub fn difference(&self, now: &Self) -> Option<String> {
         let hashes =
             |inputs: &Self| [&inputs.frames, &inputs.dark, &inputs.flat, &inputs.board].map(String::clone);
         let changed = hashes(self).into_iter().zip(hashes(now)).position(|(before, now)| before != now)?;
-        let kind = [FrameKind::Scan, KINDS[0], KINDS[1], KINDS[2]][changed];
-        Some(Stale { kind, before: self.counts[changed], now: now.counts[changed] })
+        let kind = ["frames of the scan", "dark frames", "flat frames", "board frames"][changed];
+        let (before, now) = (self.counts[changed], now.counts[changed]);
+        Some(match before == now {
+            true => format!("the {kind} have changed since it was made"),
+            false => format!("it was made of {before} {kind}, now there are {now}"),
+        })
     }
 }
 

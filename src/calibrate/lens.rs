@@ -5,7 +5,9 @@ use super::frames::read_all;
 use super::remarks::Remarks;
 use super::{CalibrateError, CalibrationPlan, LensKnowledge, LensRecord, LensSource};
 use epirig_calibration::lens::LensEstimate;
-use epirig_calibration::lens::views::{LensCalibration, LensError, PlanarPoint, View, choose_terms};
+use epirig_calibration::lens::views::{
+    LensCalibration, LensError, PlanarPoint, View, choose_terms, with_view_named,
+};
 use epirig_calibration::target::{ChessBoard, FoundBoard, find_boards};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::{FrameKind, Sequence};
@@ -38,14 +40,9 @@ pub(super) fn find_lens(
     };
     match (&plan.lens, boards.len()) {
         (Some(LensKnowledge::File { name, estimate }), _) => {
-            if (estimate.rows, estimate.columns) != (rows, columns) {
-                return Err(CalibrateError::LensSize {
-                    name: name.clone(),
-                    columns: estimate.columns,
-                    rows: estimate.rows,
-                    expected_columns: columns,
-                    expected_rows: rows,
-                });
+            let (found, expected) = ((estimate.rows, estimate.columns), (rows, columns));
+            if found != expected {
+                return Err(CalibrateError::LensSize { name: name.clone(), found, expected });
             }
             Ok(LensRecord { file: Some(name.clone()), ..known(LensSource::File, estimate.as_ref().clone()) })
         }
@@ -135,7 +132,9 @@ fn from_boards(
     }
     let name = |view: Option<usize>| view.and_then(|view| files.get(view)).copied().unwrap_or_default();
     let warnings = calibration.warnings.iter();
-    remarks.needs.extend(warnings.map(|warning| warning.with_view_named(name(warning.view()))));
+    remarks
+        .needs
+        .extend(warnings.map(|warning| with_view_named(warning, warning.view(), name(warning.view()))));
     Ok((calibration, files.into_iter().map(str::to_owned).collect()))
 }
 

@@ -31,7 +31,7 @@ pub use folder::{
     CALIBRATION, CalibrationFolder, calibration_pictures, read_calibration, read_calibration_file,
     read_calibration_picture,
 };
-pub use inputs::{InputHashes, Stale};
+pub use inputs::InputHashes;
 pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
 pub use record::{
     Calibration, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord, StageAxisRecord,

@@ -131,7 +131,7 @@ fn refuse_returns(
     if returns.is_empty() {
         return Ok(());
     }
-    let found = some_of(&returns, |(step, how)| {
+    let returns = some_of(&returns, |(step, how)| {
         let (before, after) = (name(step.from), name(step.to));
         match how {
             Return::Back(steps) => format!("{after} stands {steps:.2} steps before {before}"),
@@ -142,14 +142,18 @@ fn refuse_returns(
         origin,
         "import the images in the order of the motion (--sort motion) or without those (--exclude), or",
     );
-    Err(CalibrateError::Returns { found, cure })
+    Err(CalibrateError::TextureOfFrames { found: format!(" must increase, but {returns}"), cure })
 }
 
 /// Why nothing was measured, with the images named.
 fn unmeasured(error: TextureMotionError, origin: &Origin, name: &dyn Fn(usize) -> String) -> CalibrateError {
     let TextureMotionError::Apart { frames } = error else { return CalibrateError::TextureMotion(error) };
-    let found = some_of(&frames, |&frame| name(frame));
-    CalibrateError::Apart { found, cure: cure(origin, "import the images without those (--exclude), or") }
+    let found = format!(
+        ": {} cannot be connected with the others, because they share too little texture, or it repeats",
+        some_of(&frames, |&frame| name(frame))
+    );
+    let cure = cure(origin, "import the images without those (--exclude), or");
+    CalibrateError::TextureOfFrames { found, cure }
 }
 
 /// What helps: images can be imported in another way, other frames are what they are.

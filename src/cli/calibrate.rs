@@ -212,7 +212,7 @@ fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {
     let (rows, columns, lens) = (estimate.rows, estimate.columns, estimate.lens);
     let text = if path.extension().is_some_and(|ending| ending == "yaml") {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        ros_camera_info::CameraInfo::unrectified(&name, rows, columns, lens).to_yaml()
+        ros_camera_info::write(&name, rows, columns, &lens)
     } else {
         opencv_yaml::write(rows, columns, &lens)
     };

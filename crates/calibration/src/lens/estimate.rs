@@ -1,8 +1,18 @@
-//! A lens and how well it is known.
+//! A lens and how well it is known: from calibration frames, from its data sheet, or not at all.
 
 use serde::{Deserialize, Serialize};
 
-use super::Lens;
+use super::{Distortion, Lens};
+
+/// Distortion of an unknown lens, as a share of the radius at the corner of the image: that of cheap lenses.
+const UNKNOWN_DISTORTION: f64 = 0.03;
+/// Standard deviation of a principal point that was not measured, as a share of the image's width: the usual
+/// error of mounting.
+const PRINCIPAL_POINT: f64 = 0.01;
+/// Pixels are square to this share.
+const SQUARE: f64 = 1e-4;
+/// Focal length of an unknown lens, in image widths, and its standard deviation as a share.
+const UNKNOWN_FOCAL_LENGTH: (f64, f64) = (1.5, 0.5);
 
 /// A lens with the covariance of its parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,5 +43,54 @@ impl LensEstimate {
     /// Standard deviation of each parameter, in the order of [`Lens::to_array`].
     pub fn sigma(&self) -> [f64; Lens::PARAMETERS] {
         std::array::from_fn(|index| self.covariance[index][index].sqrt())
+    }
+
+    /// A lens from a data sheet, for frames of this size, with how well such numbers are known.
+    /// Distortion 0 stands for not known; `focal_length_sigma` is a share of the focal length.
+    pub fn from_data_sheet(lens: Lens, focal_length_sigma: f64, rows: usize, columns: usize) -> Self {
+        let f = lens.focal_length_x_px;
+        let corner = (0.5 * columns as f64 / f).powi(2) + (0.5 * rows as f64 / f).powi(2);
+        let centre = PRINCIPAL_POINT * columns as f64;
+        let k1 = if lens.distortion == Distortion::default() {
+            UNKNOWN_DISTORTION / corner
+        } else {
+            // Given numbers are good to a tenth.
+            0.1 * lens.distortion.k1.abs()
+        };
+        let mut sigma = [0.0; Lens::PARAMETERS];
+        sigma[2..5].copy_from_slice(&[centre, centre, k1]);
+        let mut estimate = Self::independent(rows, columns, lens, sigma);
+        let (x, y) = (lens.focal_length_x_px, lens.focal_length_y_px);
+        // Both focal lengths are off by the same share.
+        for (i, j, value) in [(0, 0, x * x), (0, 1, x * y), (1, 0, x * y), (1, 1, y * y)] {
+            let own = if i == j { SQUARE * SQUARE } else { 0.0 };
+            estimate.covariance[i][j] = value * (focal_length_sigma * focal_length_sigma + own);
+        }
+        estimate
+    }
+
+    /// A lens of which nothing is known. It serves to rectify rows along the stage axis; angles and
+    /// heights it does not tell.
+    pub fn unknown(rows: usize, columns: usize) -> Self {
+        let (widths, sigma) = UNKNOWN_FOCAL_LENGTH;
+        let middle = |size: usize| 0.5 * (size as f64 - 1.0);
+        let lens = Lens::pinhole(widths * columns as f64, middle(columns), middle(rows));
+        Self::from_data_sheet(lens, sigma, rows, columns)
+    }
+
+    /// A lens of which a file tells the parameters and not how well they are known: as a calibration that
+    /// went well has them, with focal lengths to 0.2 %, principal point to 0.2 % of the width, k1 to a
+    /// twentieth and 0.1 % of the radius at the corner.
+    pub fn of_a_calibration(lens: Lens, rows: usize, columns: usize) -> Self {
+        let (fx, fy) = (lens.focal_length_x_px, lens.focal_length_y_px);
+        let corner = (0.5 * columns as f64 / fx).powi(2) + (0.5 * rows as f64 / fy).powi(2);
+        let k1 = 0.05 * lens.distortion.k1.abs() + 0.001 / corner;
+        let centre = 0.002 * columns as f64;
+        Self::independent(
+            rows,
+            columns,
+            lens,
+            [0.002 * fx, 0.002 * fy, centre, centre, k1, 0.0, 0.0, 0.0, 0.0],
+        )
     }
 }

@@ -4,7 +4,6 @@ mod distortion;
 mod estimate;
 mod model;
 pub mod opencv_yaml;
-mod prior;
 pub mod ros_camera_info;
 pub mod views;
 mod yaml;

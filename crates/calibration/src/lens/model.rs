@@ -107,17 +107,8 @@ impl Lens {
     /// All parameters: fx, fy, cx, cy, k1, k2, p1, p2, k3.
     pub fn to_array(&self) -> [f64; Self::PARAMETERS] {
         let Distortion { k1, k2, p1, p2, k3 } = self.distortion;
-        [
-            self.focal_length_x_px,
-            self.focal_length_y_px,
-            self.principal_point_x_px,
-            self.principal_point_y_px,
-            k1,
-            k2,
-            p1,
-            p2,
-            k3,
-        ]
+        let (fx, fy) = (self.focal_length_x_px, self.focal_length_y_px);
+        [fx, fy, self.principal_point_x_px, self.principal_point_y_px, k1, k2, p1, p2, k3]
     }
 
     /// The lens with these parameters, in the order of [`Self::to_array`].

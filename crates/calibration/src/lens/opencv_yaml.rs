@@ -1,26 +1,8 @@
 //! OpenCV's files (`cv::FileStorage`, YAML).
 
-use super::yaml::{camera_matrix, distortion, list, read};
-use super::{Lens, LensFile, LensFileError};
-
-/// The lens in a file that `cv::FileStorage` or OpenCV's samples for one camera and for a pair have written;
-/// of a pair the first.
-///
-/// # Errors
-/// [`LensFileError`] with the line if it is no such file, or of another model than the one of five terms.
-///
-/// ```
-/// use epirig_calibration::lens::{Lens, opencv_yaml};
-///
-/// let file = opencv_yaml::write(480, 640, &Lens::pinhole(535.5, 320.0, 240.25));
-/// let found = opencv_yaml::read_lens(&file)?;
-/// assert_eq!((found.rows, found.columns), (Some(480), Some(640)));
-/// assert_eq!(found.lens, Lens::pinhole(535.5, 320.0, 240.25));
-/// # Ok::<(), epirig_calibration::lens::LensFileError>(())
-/// ```
-pub fn read_lens(file: &str) -> Result<LensFile, LensFileError> {
-    read(file)
-}
+use super::Lens;
+pub use super::yaml::read_lens;
+use super::yaml::{camera_matrix, distortion, list};
 
 /// A file that `cv::FileStorage` reads, with the names that OpenCV's calibration sample gives. Numbers come
 /// back to the last bit.
@@ -42,6 +24,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::lens::LensFile;
 
     proptest! {
         #[test]

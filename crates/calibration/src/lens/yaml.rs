@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, ScanError, YamlData};
+use saphyr::{LoadableYamlNode, MarkedYaml, ScanError, YamlData};
 use saphyr_parser::{Event, Parser};
 use thiserror::Error;
 
@@ -100,35 +100,16 @@ impl<'a> Entry<'a> {
         LensFileError::OtherModel { line: self.line(), name: self.name.to_owned(), problem }
     }
 
-    fn text(&self) -> Option<&'a str> {
-        match &self.value.data {
-            YamlData::Value(Scalar::String(text)) => Some(text),
-            _ => None,
-        }
-    }
-
-    fn is_zero(&self) -> bool {
-        matches!(self.value.data, YamlData::Value(Scalar::Integer(0)))
-    }
-
     fn count(&self) -> Result<usize, LensFileError> {
         /// More than an image has rows, or a matrix.
         const MOST: i64 = 1 << 28;
-        let count = match self.value.data {
-            YamlData::Value(Scalar::Integer(count)) if (1..=MOST).contains(&count) => {
-                usize::try_from(count).ok()
-            }
-            _ => None,
-        };
-        count.ok_or_else(|| self.wrong("a whole number above 0"))
+        let count = self.value.data.as_integer().filter(|count| (1..=MOST).contains(count));
+        count.map(|count| count as usize).ok_or_else(|| self.wrong("a whole number above 0"))
     }
 
     fn number(&self) -> Result<f64, LensFileError> {
-        let number = match self.value.data {
-            YamlData::Value(Scalar::Integer(number)) => Some(number as f64),
-            YamlData::Value(Scalar::FloatingPoint(number)) => Some(number.into_inner()),
-            _ => None,
-        };
+        let data = &self.value.data;
+        let number = data.as_floating_point().or_else(|| Some(data.as_integer()? as f64));
         number.filter(|number| number.is_finite()).ok_or_else(|| self.wrong("a number"))
     }
 
@@ -140,30 +121,47 @@ impl<'a> Entry<'a> {
     }
 
     fn numbers(&self) -> Result<Vec<f64>, LensFileError> {
-        let YamlData::Sequence(values) = &self.value.data else {
-            return Err(self.wrong("a matrix whose data is a list of numbers"));
-        };
+        let values = self.value.data.as_sequence();
+        let values = values.ok_or_else(|| self.wrong("a matrix whose data is a list of numbers"))?;
         values.iter().map(|value| Entry { name: self.name, value }.number()).collect()
     }
 }
 
-/// The lens in a file of OpenCV or ROS: their matrices are written alike, but for a tag.
-pub(super) fn read(file: &str) -> Result<LensFile, LensFileError> {
+/// The lens in a file that `cv::FileStorage`, OpenCV's samples for one camera and for a pair, or ROS have
+/// written; of a pair the first. Their matrices are written alike, but for a tag. ROS's rectification is not
+/// read.
+///
+/// # Errors
+/// [`LensFileError`] with the line if it is no such file, or of another model than the one of five terms
+/// (`plumb_bob` in ROS).
+///
+/// ```
+/// use epirig_calibration::lens::{Lens, opencv_yaml};
+///
+/// let file = opencv_yaml::write(480, 640, &Lens::pinhole(535.5, 320.0, 240.25));
+/// let found = opencv_yaml::read_lens(&file)?;
+/// assert_eq!((found.rows, found.columns), (Some(480), Some(640)));
+/// assert_eq!(found.lens, Lens::pinhole(535.5, 320.0, 240.25));
+/// # Ok::<(), epirig_calibration::lens::LensFileError>(())
+/// ```
+pub fn read_lens(file: &str) -> Result<LensFile, LensFileError> {
     let file = file.trim_start_matches('\u{feff}');
     match file.trim_start().chars().next() {
         Some('<') => return Err(LensFileError::OtherFormat("XML")),
         Some('{') => return Err(LensFileError::OtherFormat("JSON")),
         _ => {}
     }
-    let file = standard(file);
+    // OpenCV begins its files with a directive in the manner of YAML 1.0, at which parsers stop; as a comment
+    // it keeps its line.
+    let file = file.strip_prefix("%YAML:").map_or(Cow::Borrowed(file), |rest| format!("#YAML:{rest}").into());
     check_depth(&file)?;
     let documents = MarkedYaml::load_from_str(&file).map_err(not_yaml)?;
-    if let Some(entry) = find(&documents, FISHEYE).filter(|entry| !entry.is_zero()) {
+    if let Some(entry) = find(&documents, FISHEYE).filter(|entry| entry.value.data.as_integer() != Some(0)) {
         return Err(entry.other_model("says that this is a fisheye lens".to_owned()));
     }
     if let Some(entry) = find(&documents, MODEL) {
         // The denominator of a rational polynomial may be 1, which its coefficients tell.
-        match entry.text() {
+        match entry.value.data.as_str() {
             Some("plumb_bob" | "rational_polynomial") => {}
             other => return Err(entry.other_model(format!("is {}", other.unwrap_or("no name")))),
         }
@@ -202,29 +200,13 @@ fn check_depth(file: &str) -> Result<(), LensFileError> {
     Ok(())
 }
 
-/// OpenCV begins its files with a directive in the manner of YAML 1.0, at which parsers stop; as a comment it
-/// keeps its line.
-fn standard(file: &str) -> Cow<'_, str> {
-    match file.strip_prefix("%YAML:") {
-        Some(rest) => Cow::Owned(format!("#YAML:{rest}")),
-        None => Cow::Borrowed(file),
-    }
-}
-
 /// The keys of a mapping with their values; nothing for other nodes.
 fn mapping<'a>(node: &'a MarkedYaml<'a>) -> impl Iterator<Item = (&'a str, &'a MarkedYaml<'a>)> {
     let node = match &node.data {
         YamlData::Tagged(_, inner) => inner,
         _ => node,
     };
-    let pairs = match &node.data {
-        YamlData::Mapping(pairs) => Some(pairs),
-        _ => None,
-    };
-    pairs.into_iter().flatten().filter_map(|(key, value)| match &key.data {
-        YamlData::Value(Scalar::String(name)) => Some((name.as_ref(), value)),
-        _ => None,
-    })
+    node.data.as_mapping().into_iter().flatten().filter_map(|(key, value)| Some((key.data.as_str()?, value)))
 }
 
 /// The first of `names` that the file has.

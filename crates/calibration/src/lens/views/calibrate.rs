@@ -4,10 +4,9 @@ use super::calibration::{LensCalibration, PointName, PointResidual, ViewFit};
 use super::error::LensError;
 use super::findings::{coverage, largest_angle, warnings};
 use super::homography::MEDIAN_NORM;
-use super::point::{PlanarPoint, View};
+use super::point::{PlanarPoint, ROUNDING_PX, View, residual, squared_distance};
 use super::pose::BoardPose;
 use super::problem::ViewsProblem;
-use super::residual::{ROUNDING_PX, residual, squared_distance};
 use super::start::start;
 use super::terms::Terms;
 use crate::lens::estimate::LensEstimate;
@@ -58,14 +57,15 @@ pub fn calibrate(
     check(views, VIEWS)?;
     let (lens, poses) = start(views, rows, columns)?;
     let begin = Solution { lens, poses };
-    before_the_camera(views, &begin)?;
+    // Points that no camera can see are in no view of a board.
+    enough(&within(views, &begin, f64::INFINITY), 0.0)?;
     let mut used: Used = views.iter().map(|view| vec![true; view.len()]).collect();
     let (mut solution, mut sigma) = robust(views, &used, terms, begin)?;
     for _ in 0..ROUNDS {
         let now = within(views, &solution, REJECTED * sigma);
         let settled = now == used;
         used = now;
-        enough(views, &used)?;
+        enough(&used, 0.5)?;
         (solution, _) = solve(views, &used, terms, solution, Loss::Squares)?;
         sigma = spread(views, &solution, terms);
         if settled {
@@ -90,17 +90,6 @@ pub(super) fn check(views: &[View], needed: usize) -> Result<(), LensError> {
         });
         if let Some(point) = wrong {
             return Err(LensError::NotAPoint { view, point });
-        }
-    }
-    Ok(())
-}
-
-/// Refuses a view whose points fit to no board that a camera can see.
-fn before_the_camera(views: &[View], solution: &Solution) -> Result<(), LensError> {
-    for (view, norms) in norms(views, solution).iter().enumerate() {
-        let rejected = norms.iter().filter(|norm| norm.is_nan()).count();
-        if rejected > 0 {
-            return Err(LensError::ViewWrong { view, rejected, points: norms.len() });
         }
     }
     Ok(())
@@ -161,6 +150,7 @@ fn norms(views: &[View], solution: &Solution) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// Which points are so near to their predictions; none behind the camera is.
 fn within(views: &[View], solution: &Solution, limit: f64) -> Used {
     norms(views, solution)
         .into_iter()
@@ -168,12 +158,12 @@ fn within(views: &[View], solution: &Solution, limit: f64) -> Used {
         .collect()
 }
 
-/// Refuses a view of which more than half is wrong.
-fn enough(views: &[View], used: &Used) -> Result<(), LensError> {
-    for (view, (points, used)) in views.iter().zip(used).enumerate() {
-        let left = used.iter().filter(|used| **used).count();
-        if 2 * left < points.len() {
-            return Err(LensError::ViewWrong { view, rejected: points.len() - left, points: points.len() });
+/// Refuses a view of which more than this share does not count.
+fn enough(used: &Used, share: f64) -> Result<(), LensError> {
+    for (view, used) in used.iter().enumerate() {
+        let (rejected, points) = (used.iter().filter(|used| !**used).count(), used.len());
+        if rejected as f64 > share * points as f64 {
+            return Err(LensError::ViewWrong { view, rejected, points });
         }
     }
     Ok(())

@@ -1,16 +1,14 @@
 //! The choice of distortion terms by cross-validation over the views.
 
-use super::calibrate::calibrate;
-use super::calibrate::{Solution, Used, check, solve};
+use super::calibrate::{Solution, Used, calibrate, check, solve};
 use super::calibration::{HeldOut, LensCalibration};
 use super::error::LensError;
-use super::fit_pose::refine_pose;
-use super::point::{PlanarPoint, View};
+use super::point::{PlanarPoint, View, squared_distance};
 use super::pose::BoardPose;
-use super::residual::squared_distance;
+use super::problem::ViewsProblem;
 use super::terms::Terms;
 use crate::lens::model::Lens;
-use epirig_core::least_squares::Loss;
+use epirig_core::least_squares::{Loss, minimise};
 use epirig_core::statistics::mean;
 
 /// Views needed, so that three are left when one is held out.
@@ -89,8 +87,10 @@ fn held_out(views: &[View], used: &Used, terms: Terms, all: &Solution) -> Result
 fn crossed(lens: &Lens, points: &[PlanarPoint], start: BoardPose) -> Option<f64> {
     let mut sum = 0.0;
     for half in 0..2 {
-        let fitted = points.iter().skip(half).step_by(2).copied();
-        let pose = refine_pose(lens, fitted, start).ok()?;
+        let fitted = points.iter().skip(half).step_by(2).copied().collect();
+        let problem = ViewsProblem::new(*lens, 0..0, vec![fitted]);
+        let found = minimise(&problem, problem.parameters_of(lens, &[start]), Loss::Squares).ok()?;
+        let pose = problem.poses(&found.parameters)[0];
         sum += points
             .iter()
             .skip(1 - half)

@@ -91,11 +91,6 @@ impl LensError {
             Self::TooFewViews { .. } | Self::PosesAlike { .. } | Self::Search(_) => None,
         }
     }
-
-    /// The message with `name` instead of the number of its view.
-    pub fn with_view_named(&self, name: &str) -> String {
-        named(self.to_string(), self.view(), name)
-    }
 }
 
 impl LensWarning {
@@ -106,14 +101,11 @@ impl LensWarning {
             Self::FocalLengthOpen { .. } | Self::CornersNotReached { .. } => None,
         }
     }
-
-    /// The message with `name` instead of the number of its view.
-    pub fn with_view_named(&self, name: &str) -> String {
-        named(self.to_string(), self.view(), name)
-    }
 }
 
-fn named(message: String, view: Option<usize>, name: &str) -> String {
+/// The message of an error or a warning with `name` instead of the number of its view.
+pub fn with_view_named(message: &impl std::fmt::Display, view: Option<usize>, name: &str) -> String {
+    let message = message.to_string();
     view.map_or(message.clone(), |view| message.replacen(&format!("view {view}"), name, 1))
 }
 

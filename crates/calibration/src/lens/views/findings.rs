@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 
 use super::calibration::{Coverage, PointResidual, ViewFit};
 use super::error::LensWarning;
+use super::point::ROUNDING_PX;
 use super::pose::BoardPose;
-use super::residual::ROUNDING_PX;
 
 /// Cells of the grid along a side.
 const CELLS: usize = 10;

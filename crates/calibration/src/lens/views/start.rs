@@ -4,11 +4,9 @@ use epirig_core::statistics::upper_median;
 use nalgebra::Matrix3;
 
 use super::error::LensError;
-use super::fit_pose::middle;
 use super::homography::{Pair, homography};
-use super::point::View;
+use super::point::{View, middle, squared_distance};
 use super::pose::BoardPose;
-use super::residual::squared_distance;
 use crate::lens::model::Lens;
 
 /// Lens and poses by Zhang's (2000) constraints, with square pixels and the principal point in the middle of

@@ -257,19 +257,6 @@ fn the_simplest_sufficient_terms_are_chosen() {
     assert!(exact >= 12, "{exact} of 20");
 }
 
-#[test]
-fn the_pose_of_a_board_is_found_with_a_known_lens() {
-    let views = wide_views(31, 3, 0.0);
-    for view in views.into_iter().map(unit) {
-        let pose = fit_pose(&wide(), &view).unwrap();
-        for point in &view {
-            let [x, y, z] = pose.point_mm(point.x_mm, point.y_mm);
-            let (x_px, y_px) = wide().pixel(x / z, y / z);
-            assert!(z > 0.0 && (x_px - point.x_px).hypot(y_px - point.y_px) < 1e-6, "{pose:?}");
-        }
-    }
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
 
