@@ -93,17 +93,14 @@ pub enum SurfaceError {
     },
     /// A line that shows nothing.
     #[error(
-        "no height is known along the line from ({from_x}, {from_y}) to ({to_x}, {to_y}) px; choose a line over the object"
+        "no height is known along the line from ({}, {}) to ({}, {}) px; choose a line over the object",
+        from.0, from.1, to.0, to.1
     )]
     EmptyLine {
-        /// First column.
-        from_x: f64,
-        /// First row.
-        from_y: f64,
-        /// Last column.
-        to_x: f64,
-        /// Last row.
-        to_y: f64,
+        /// First column and row.
+        from: (f64, f64),
+        /// Last column and row.
+        to: (f64, f64),
     },
 }
 

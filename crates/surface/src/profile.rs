@@ -99,7 +99,7 @@ pub fn profile(
     });
     let points: Vec<ProfilePoint> = points.collect();
     if points.iter().all(|point| point.height_mm.is_nan()) {
-        return Err(SurfaceError::EmptyLine { from_x, from_y, to_x, to_y });
+        return Err(SurfaceError::EmptyLine { from: line.from_px, to: line.to_px });
     }
     Ok(Profile { line, points })
 }

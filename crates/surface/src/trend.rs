@@ -6,6 +6,7 @@ use super::SurfaceError;
 use super::blocks::{Blocks, Correlation, Scatter};
 use super::height::Heights;
 use super::normal::{MOST_TERMS, Normal, Solution};
+use epirig_core::choice::Choice as _;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
@@ -33,33 +34,27 @@ epirig_core::choices! {
 }
 
 impl TrendKind {
-    /// Number of coefficients.
-    pub fn terms(self) -> usize {
+    /// Number of coefficients, the form in words, and the least side of its field in px.
+    ///
+    /// A plane needs two columns and rows, a quadric three, a cubic four: less are only told apart by how
+    /// their heights shift them. Half a pixel is left for that shift.
+    fn facts(self) -> (usize, &'static str, f64) {
         match self {
-            Self::Constant => 1,
-            Self::Plane => 3,
-            Self::Quadric => 6,
-            Self::Cubic => MOST_TERMS,
+            Self::Constant => (1, "a mean height", 0.0),
+            Self::Plane => (3, "a plane", 0.5),
+            Self::Quadric => (6, "a quadric", 1.5),
+            Self::Cubic => (MOST_TERMS, "a cubic", 2.5),
         }
     }
 
-    fn in_words(self) -> &'static str {
-        match self {
-            Self::Constant => "a mean height",
-            Self::Plane => "a plane",
-            Self::Quadric => "a quadric",
-            Self::Cubic => "a cubic",
-        }
+    /// Number of coefficients.
+    pub fn terms(self) -> usize {
+        self.facts().0
     }
 
     /// The form with the powers of one more degree.
     pub(super) fn richer(self) -> Option<Self> {
-        match self {
-            Self::Constant => Some(Self::Plane),
-            Self::Plane => Some(Self::Quadric),
-            Self::Quadric => Some(Self::Cubic),
-            Self::Cubic => None,
-        }
+        Self::ALL.iter().copied().find(|kind| kind.terms() > self.terms())
     }
 }
 
@@ -198,22 +193,15 @@ impl<'a> Field<'a> {
             }
         }
         // Ten pixels for each coefficient are little, and less is no field.
-        let too_few = SurfaceError::TooFewPixels { pixels: sigmas.len(), what: kind.in_words() };
-        if sigmas.len() < 10 * kind.terms() {
+        let (terms, what, least_px) = kind.facts();
+        let too_few = SurfaceError::TooFewPixels { pixels: sigmas.len(), what };
+        if sigmas.len() < 10 * terms {
             return Err(too_few);
         }
         let median = quantile(&mut sigmas, 0.5).ok_or(too_few)?;
         let half_extent = (0.5 * (high.0 - low.0), 0.5 * (high.1 - low.1));
-        // A plane needs two columns and rows, a quadric three, a cubic four: less are only told apart by how their heights
-        // shift them. Half a pixel is left for that shift.
-        let least_px = match kind {
-            TrendKind::Constant => 0.0,
-            TrendKind::Plane => 0.5,
-            TrendKind::Quadric => 1.5,
-            TrendKind::Cubic => 2.5,
-        };
         if 2.0 * half_extent.0.min(half_extent.1) < least_px * heights.pixel_mm() {
-            return Err(SurfaceError::Undetermined { what: kind.in_words() });
+            return Err(SurfaceError::Undetermined { what });
         }
         let basis = Basis {
             kind,
@@ -266,7 +254,7 @@ impl<'a> Field<'a> {
     }
 
     pub(super) fn undetermined(&self) -> SurfaceError {
-        SurfaceError::Undetermined { what: self.basis.kind.in_words() }
+        SurfaceError::Undetermined { what: self.basis.kind.facts().1 }
     }
 
     /// Coefficients (in the units of the terms) that few pixels far off hardly change: from a start that

@@ -7,7 +7,7 @@ use super::super::normal::{MOST, Normal, Solution};
 use super::super::trend::{Field, Sample, Trend, at};
 use super::levels::Levels;
 use super::options::StepsOptions;
-use super::regions::{Level, Region, regions};
+use super::regions::{Level, Region, count, regions};
 use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
 use epirig_core::grid::Grid;
@@ -99,7 +99,8 @@ pub(super) fn fit(sides: &[Side<'_>]) -> Option<Fit> {
         return None;
     }
     let mut used: Vec<Grid<Level>> = sides.iter().map(|side| side.clear.clone()).collect();
-    let mut solution = solve(sides, &used)?;
+    let height_mm = |_: usize, sample: &Sample| sample.height_mm;
+    let mut solution = solve(sides, &used, height_mm)?;
     // A few far off hold the first fit back; without them the second is right, and finds the others.
     for _ in 0..2 {
         for (side, used) in sides.iter().zip(&mut used) {
@@ -113,7 +114,7 @@ pub(super) fn fit(sides: &[Side<'_>]) -> Option<Fit> {
                 used.row_mut(sample.y)[sample.x] = if inside { level } else { Level::Unknown };
             });
         }
-        solution = solve(sides, &used)?;
+        solution = solve(sides, &used, height_mm)?;
     }
     let clear = sides.iter().map(|side| &side.clear).collect::<Vec<_>>();
     let pixels = known_pixels(&used.iter().collect::<Vec<_>>());
@@ -137,12 +138,18 @@ fn off(solution: &Solution, sample: &Sample, terms: usize, level: Level) -> f64 
     sample.height_mm - at(solution.values.as_slice(), &row(sample, terms, level))
 }
 
-fn solve(sides: &[Side<'_>], used: &[Grid<Level>]) -> Option<Solution> {
+/// The trend and the depth that fit best to values of the pixels used, which have a side by its index.
+fn solve(
+    sides: &[Side<'_>],
+    used: &[Grid<Level>],
+    value_mm: impl Fn(usize, &Sample) -> f64,
+) -> Option<Solution> {
     let terms = sides[0].field.basis.terms();
     let mut sums = Normal::empty();
-    for (side, used) in sides.iter().zip(used) {
+    for (index, (side, used)) in sides.iter().zip(used).enumerate() {
         known(side.field, used).for_each(|(sample, level)| {
-            sums.add(&row(&sample, terms, level)[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
+            let row = row(&sample, terms, level);
+            sums.add(&row[..=terms], value_mm(index, &sample), sample.sigma_mm.powi(-2));
         });
     }
     sums.solve(terms + 1)
@@ -157,7 +164,7 @@ fn known<'a>(field: &'a Field<'_>, levels: &'a Grid<Level>) -> impl Iterator<Ite
 impl Fit {
     /// Pixels of a level that took part, of all sides.
     pub(super) fn count(&self, level: Level) -> usize {
-        self.used.iter().flat_map(|used| used.values()).filter(|&&used| used == level).count()
+        self.used.iter().map(|used| count(used, level)).sum()
     }
 
     pub(super) fn certainty(&self, sides: &[Side<'_>]) -> Certainty {
@@ -196,16 +203,10 @@ impl Fit {
 
     /// What `errors_mm` of the heights, a map for each side, do to the depth, in mm; no map: none.
     pub(super) fn error_of_depth(&self, sides: &[Side<'_>], errors_mm: &[Option<&Grid<f32>>]) -> Option<f64> {
-        let terms = sides[0].field.basis.terms();
-        let mut sums = Normal::empty();
-        for ((side, used), errors_mm) in sides.iter().zip(&self.used).zip(errors_mm) {
-            known(side.field, used).for_each(|(sample, level)| {
-                let error_mm = errors_mm.map_or(0.0, |errors| errors.at(sample.x, sample.y));
-                let weight = sample.sigma_mm.powi(-2);
-                sums.add(&row(&sample, terms, level)[..=terms], f64::from(error_mm), weight);
-            });
-        }
-        Some(sums.solve(terms + 1)?.values[terms])
+        let error_mm = |side: usize, sample: &Sample| {
+            errors_mm[side].map_or(0.0, |errors| f64::from(errors.at(sample.x, sample.y)))
+        };
+        solve(sides, &self.used, error_mm)?.values.iter().next_back().copied()
     }
 
     pub(super) fn trend(&self, field: &Field<'_>, certainty: &Certainty) -> Trend {

@@ -3,12 +3,12 @@
 use super::super::SurfaceError;
 use super::super::height::Heights;
 use super::super::smooth::{mean_around, without_spikes};
-use super::super::trend::Field;
+use super::super::trend::{Field, at};
 use super::depth::{Fit, Side, fit};
 use super::levels::{Levels, Point, two_levels};
 use super::options::StepsOptions;
 use super::plateaus::Plateaus;
-use super::regions::{Level, clear_of_walls, without_small_parts};
+use super::regions::{Level, clear_of_walls, count, without_small_parts};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
@@ -111,8 +111,7 @@ impl Divided {
     /// Pixels of the upper and of the lower level that this leaves.
     pub(super) fn counts(&self, margin_px: usize) -> [usize; 2] {
         let clear = self.clear_by(margin_px);
-        let count = |wanted| clear.values().iter().filter(|&&level| level == wanted).count();
-        [count(Level::Upper), count(Level::Lower)]
+        [Level::Upper, Level::Lower].map(|level| count(&clear, level))
     }
 }
 
@@ -178,8 +177,6 @@ fn roomy(map: &Grid<Level>, reach: usize, options: &StepsOptions) -> (Grid<Level
     let least = clear_of_walls(map, options.margin_px + reach);
     if options.grown_margin_px > options.margin_px {
         let grown = clear_of_walls(map, options.grown_margin_px + reach);
-        let count =
-            |clear: &Grid<Level>, wanted| clear.values().iter().filter(|&&level| level == wanted).count();
         let enough = |wanted| count(&grown, wanted) as f64 >= ROOM * count(&least, wanted) as f64;
         if enough(Level::Upper) && enough(Level::Lower) {
             return (grown, options.grown_margin_px);
@@ -206,9 +203,8 @@ fn points(field: &Field<'_>, smoothed: &Grid<f32>) -> Vec<Point> {
 
 /// How far points scatter about a trend, in mm, unless they are few that lie far off.
 fn scatter_about(trend: &[f64], points: &[Point]) -> f64 {
-    let trend = Levels { coefficients: trend.to_vec(), depth_mm: 0.0 };
     let mut off: Vec<f64> =
-        points.iter().map(|point| (point.height_mm - trend.upper_mm(&point.row)).abs()).collect();
+        points.iter().map(|point| (point.height_mm - at(trend, &point.row)).abs()).collect();
     SIGMA_OF_MEDIAN * quantile(&mut off, 0.5).unwrap_or(0.0)
 }
 

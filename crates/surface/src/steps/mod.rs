@@ -28,7 +28,7 @@ use divide::{Divided, ROOM, divided};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::quantile;
 pub use options::StepsOptions;
-use regions::Level;
+use regions::{Level, count};
 
 /// The lower level is the ground, and the upper one stands on it, if it is this share of the field.
 const GROUND: f64 = 0.6;
@@ -235,8 +235,8 @@ fn steps(
     let of_map = fit(&map).ok_or(narrow)?;
     let certainty_of_map = of_map.certainty(&map);
     let lower_share = {
-        let count = |wanted| whole.levels.values().iter().filter(|&&level| level == wanted).count() as f64;
-        count(Level::Lower) / (count(Level::Lower) + count(Level::Upper))
+        let [lower, upper] = [Level::Lower, Level::Upper].map(|level| count(&whole.levels, level) as f64);
+        lower / (lower + upper)
     };
     let raised = lower_share > GROUND;
     let mut farther_from_walls = None;

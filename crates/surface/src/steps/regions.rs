@@ -22,6 +22,11 @@ impl Level {
     }
 }
 
+/// Number of pixels on a level.
+pub(super) fn count(levels: &Grid<Level>, wanted: Level) -> usize {
+    levels.values().iter().filter(|&&level| level == wanted).count()
+}
+
 /// Connected pixels of one level.
 pub(super) type Region = Part<Level>;
 
