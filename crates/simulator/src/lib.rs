@@ -19,7 +19,6 @@ mod simulator;
 mod step_error;
 mod texture;
 mod truth;
-mod turn;
 
 pub use bands::Bands;
 pub use corners::Corner;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::distortion::Distortion;
 use super::error::{SimulatorError, require};
 use super::pinhole::Pinhole;
-use super::sight::Sight;
+use super::sight::{Sight, Turn};
 
 /// The camera may be panned by less than this, in rad: more is a mistake, and the scene would be seen from
 /// the side.
@@ -80,12 +80,13 @@ impl Optics {
 
     /// The camera's geometry, made ready for many pixels.
     pub(super) fn sight(&self) -> Sight {
-        Sight::new(
-            self.focal_length_px,
-            (self.principal_point_x_px, self.principal_point_y_px),
-            self.distortion,
-            (self.roll_rad, self.pan_rad),
-        )
+        let is_turned = self.roll_rad != 0.0 || self.pan_rad != 0.0;
+        Sight {
+            focal_length_px: self.focal_length_px,
+            principal_point_px: (self.principal_point_x_px, self.principal_point_y_px),
+            distortion: (!self.distortion.is_none()).then_some(self.distortion),
+            turn: is_turned.then(|| Turn::new(self.roll_rad, self.pan_rad)),
+        }
     }
 
     /// Direction (X / Z, Y / Z), in the rectified frame, of the ray through image point (x, y), to 1e-13. NaN
