@@ -1,12 +1,9 @@
-//! Values of keys, as given and as interpreted.
+//! Values of keys, as given.
 
 use std::fmt;
 
 use serde_json::Value as Json;
 use toml::de::DeValue;
-
-use epirig_core::settings::quantity::Measure;
-use epirig_core::settings::{Key, Kind, Setting};
 
 /// A value as given.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,45 +59,6 @@ impl Given {
             Json::Null => Self::Other("null"),
             Json::Array(_) => Self::Other("a list"),
             Json::Object(_) => Self::Other("a table"),
-        }
-    }
-}
-
-/// A value that is valid for its key.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
-    Text(String),
-    /// The name of the choice.
-    Choice(&'static str),
-    Whole(i64),
-    Number(f64),
-    Flag(bool),
-    Measure(Measure),
-}
-
-impl Value {
-    /// As records have it: what a file could have, with the unit in the value.
-    pub(super) fn recorded(self) -> Json {
-        match self {
-            Self::Text(text) => text.into(),
-            Self::Choice(name) => name.into(),
-            Self::Whole(number) => number.into(),
-            Self::Number(number) => number.into(),
-            Self::Flag(flag) => flag.into(),
-            Self::Measure(Measure { value, unit }) => format!("{value} {}", unit.name).into(),
-        }
-    }
-
-    /// As drivers take it: a quantity in the unit of its key.
-    pub(super) fn setting(self, key: &Key) -> Setting {
-        match (self, key.kind) {
-            (Self::Text(text), _) => Setting::Text(text),
-            (Self::Choice(name), _) => Setting::Text(name.to_owned()),
-            (Self::Whole(number), _) => Setting::Whole(number),
-            (Self::Number(number), _) => Setting::Number(number),
-            (Self::Flag(flag), _) => Setting::Flag(flag),
-            (Self::Measure(measure), Kind::Measure { unit, .. }) => Setting::Number(measure.in_unit(unit)),
-            (Self::Measure(measure), _) => Setting::Number(measure.value),
         }
     }
 }

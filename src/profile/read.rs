@@ -4,7 +4,6 @@ use std::ops::RangeInclusive;
 
 use super::Profile;
 use super::error::{Mistake, Problem, ProfileError};
-use super::given::Value;
 use super::schema::{
     BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, SceneName,
     SimProfile, StageProfile, TargetProfile, default_of, stage,
@@ -12,7 +11,7 @@ use super::schema::{
 use super::settings::{Settings, control_path};
 use super::value::{self, interpret};
 use super::whole::Sections;
-use epirig_core::settings::Key;
+use epirig_core::settings::{Key, Setting};
 
 /// The profile of the settings.
 ///
@@ -100,7 +99,7 @@ impl Reader {
         };
         for key in sections.stage.driver.keys() {
             if let Some(value) = self.value(key) {
-                sections.stage.settings.set(key, value.setting(key));
+                sections.stage.settings.set(key, value);
             }
         }
         sections.camera.controls = self.controls();
@@ -108,7 +107,7 @@ impl Reader {
     }
 
     /// The value of a key, or its default.
-    fn value(&mut self, key: &'static Key) -> Option<Value> {
+    fn value(&mut self, key: &'static Key) -> Option<Setting> {
         if let Some(setting) = self.settings.setting(&key.path()) {
             match interpret(key, setting.unit, &setting.given) {
                 Ok(value) => return Some(value),

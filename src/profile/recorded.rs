@@ -12,6 +12,8 @@ use super::settings::Settings;
 use super::value::interpret;
 use super::{Override, Profile};
 use epirig_core::fault::{Blame, Fault};
+use epirig_core::settings::Setting;
+use epirig_core::settings::quantity::Measure;
 use epirig_data::sequence::{Finding, Origin, Sequence};
 
 /// A recorded rig that cannot be read.
@@ -80,7 +82,7 @@ impl Profile {
                 let given = self.settings.setting(&key.path());
                 let value = given.and_then(|setting| interpret(key, setting.unit, &setting.given).ok());
                 if let Some(value) = value.or_else(|| default_of(key)) {
-                    values.insert(key.name.to_owned(), value.recorded());
+                    values.insert(key.name.to_owned(), recorded(value));
                 }
             }
             if section.name == "camera" && !self.camera.controls.is_empty() {
@@ -157,5 +159,16 @@ impl Profile {
             contradicts("focal length and principal point");
         }
         found
+    }
+}
+
+/// A value as records have it: what a file could have, with the unit in the value.
+fn recorded(value: Setting) -> Json {
+    match value {
+        Setting::Text(text) => text.into(),
+        Setting::Whole(number) => number.into(),
+        Setting::Number(number) => number.into(),
+        Setting::Flag(flag) => flag.into(),
+        Setting::Measure(Measure { value, unit }) => format!("{value} {}", unit.name).into(),
     }
 }

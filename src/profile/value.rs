@@ -1,33 +1,33 @@
 //! Interpretation of given values.
 
 use super::error::Problem;
-use super::given::{Given, Value};
+use super::given::Given;
 use epirig_core::settings::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
-use epirig_core::settings::{Allowed, Key, Kind, LARGEST, SMALLEST};
+use epirig_core::settings::{Allowed, Key, Kind, LARGEST, SMALLEST, Setting};
 
 /// Interprets `given` for a key whose name ended in `unit`.
 ///
 /// # Errors
 /// [`Problem`] if it is not valid.
-pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<Value, Problem> {
+pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<Setting, Problem> {
     let found = match key.kind {
-        Kind::Measure { .. } => return measured(key, unit, given).map(Value::Measure),
+        Kind::Measure { .. } => return measured(key, unit, given).map(Setting::Measure),
         Kind::Text => {
-            text(given).filter(|text| !text.trim().is_empty()).map(|text| Value::Text(text.to_owned()))
+            text(given).filter(|text| !text.trim().is_empty()).map(|text| Setting::Text(text.to_owned()))
         }
         Kind::Form { is_valid, .. } => {
-            text(given).filter(|text| is_valid(text)).map(|text| Value::Text(text.to_owned()))
+            text(given).filter(|text| is_valid(text)).map(|text| Setting::Text(text.to_owned()))
         }
         Kind::Choice(names) => {
-            text(given).and_then(|text| names().into_iter().find(|name| *name == text)).map(Value::Choice)
+            text(given).filter(|text| names().contains(text)).map(|name| Setting::Text(name.to_owned()))
         }
         Kind::Whole(least, most) => {
-            whole(given).filter(|number| (least..=most).contains(number)).map(Value::Whole)
+            whole(given).filter(|number| (least..=most).contains(number)).map(Setting::Whole)
         }
-        Kind::Number => plain_number(given).map(Value::Number),
+        Kind::Number => plain_number(given).map(Setting::Number),
         Kind::Flag => match given {
-            Given::Flag(flag) => Some(Value::Flag(*flag)),
-            Given::Plain(text) => text.parse().ok().map(Value::Flag),
+            Given::Flag(flag) => Some(Setting::Flag(*flag)),
+            Given::Plain(text) => text.parse().ok().map(Setting::Flag),
             _ => None,
         },
     };

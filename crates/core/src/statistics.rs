@@ -1,25 +1,5 @@
 //! Medians, quantiles and means, in the conventions that the stations need.
 
-use std::cmp::Ordering;
-
-/// A floating-point number that can be put in order, NaN included.
-pub trait Ordered: Copy {
-    /// The total order of IEEE 754.
-    fn order(&self, other: &Self) -> Ordering;
-}
-
-impl Ordered for f32 {
-    fn order(&self, other: &Self) -> Ordering {
-        self.total_cmp(other)
-    }
-}
-
-impl Ordered for f64 {
-    fn order(&self, other: &Self) -> Ordering {
-        self.total_cmp(other)
-    }
-}
-
 /// The middle value, of an even number of them the upper of the two in the middle; `None` of none.
 /// It is one of the values. They get another order.
 ///
@@ -29,9 +9,9 @@ impl Ordered for f64 {
 /// assert_eq!(upper_median(&mut [4.0, 1.0, 3.0, 2.0]), Some(3.0));
 /// assert_eq!(upper_median::<f32>(&mut []), None);
 /// ```
-pub fn upper_median<T: Ordered>(values: &mut [T]) -> Option<T> {
+pub fn upper_median<T: Copy + Into<f64>>(values: &mut [T]) -> Option<T> {
     let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, T::order).1)
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, order).1)
 }
 
 /// The median: the middle value, of an even number of them the mean of the two in the middle;
@@ -57,9 +37,9 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 ///
 /// assert_eq!(quantile(&mut [4.0, 1.0, 3.0, 2.0, 5.0], 0.75), Some(4.0));
 /// ```
-pub fn quantile<T: Ordered>(values: &mut [T], share: f64) -> Option<T> {
+pub fn quantile<T: Copy + Into<f64>>(values: &mut [T], share: f64) -> Option<T> {
     let rank = ((values.len().checked_sub(1)?) as f64 * share).round() as usize;
-    Some(*values.select_nth_unstable_by(rank, T::order).1)
+    Some(*values.select_nth_unstable_by(rank, order).1)
 }
 
 /// The value below which the share `share` (0 to 1) of the `sorted` values lies; `None` of none.
@@ -91,3 +71,8 @@ pub const SIGMA_OF_MEDIAN: f64 = 1.482_602;
 
 /// [`SIGMA_OF_MEDIAN`] to four digits, as photometry uses it: another digit would change calibrations.
 pub const SIGMA_OF_MEDIAN_4: f64 = 1.4826;
+
+/// The total order of IEEE 754.
+fn order<T: Copy + Into<f64>>(one: &T, other: &T) -> std::cmp::Ordering {
+    (*one).into().total_cmp(&(*other).into())
+}

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use super::super::given::Value;
-use super::section::{Allowed, Kind, from_value, measure, section};
+use super::section::{Allowed, Kind, Setting, from_value, measure, section};
 use epirig_core::choice::{Choice as _, names};
 use epirig_core::settings::quantity::{HZ, S, US};
 use epirig_devices::camera::pixels::{BayerUse, FourCc};
@@ -54,6 +53,6 @@ impl CameraProfile {
 }
 
 from_value! {
-    Size: Value::Text(text) => text.parse().ok();
-    BayerUse: Value::Choice(name) => Self::from_name(name);
+    Size: Setting::Text(text) => text.parse().ok();
+    BayerUse: Setting::Text(name) => Self::from_name(&name);
 }

@@ -1,7 +1,6 @@
 //! The section `optics`: the lens and the sensor.
 
-use super::super::given::Value;
-use super::section::{Allowed, Kind, from_value, measure, section};
+use super::section::{Allowed, Kind, Setting, from_value, measure, section};
 use epirig_calibration::lens::{Distortion, Lens};
 use epirig_core::settings::quantity::{MM, PERCENT, PX, Quantity};
 
@@ -15,7 +14,7 @@ pub enum FocalLength {
 }
 
 from_value! {
-    FocalLength: Value::Measure(length) => Some(match length.unit.quantity {
+    FocalLength: Setting::Measure(length) => Some(match length.unit.quantity {
         Quantity::Pixels => Self::Px(length.in_unit(PX)),
         _ => Self::Mm(length.in_unit(MM)),
     });

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use super::super::given::{Given, Value};
+use super::super::given::Given;
 use super::super::value::interpret;
 use epirig_core::settings::quantity::{NS, PERCENT, UNITS, Unit};
-pub(super) use epirig_core::settings::{Allowed, Key, Kind};
+pub(super) use epirig_core::settings::{Allowed, Key, Kind, Setting};
 
 /// A section.
 #[derive(Debug)]
@@ -55,7 +55,7 @@ macro_rules! section {
 
             /// With the values that `value` has for the keys, and without what is no key.
             pub(in crate::profile) fn read(
-                value: &mut dyn FnMut(&'static epirig_core::settings::Key) -> Option<$crate::profile::given::Value>,
+                value: &mut dyn FnMut(&'static epirig_core::settings::Key) -> Option<epirig_core::settings::Setting>,
             ) -> Self {
                 Self {
                     $($field: {
@@ -106,24 +106,24 @@ pub(super) fn unit_of(key: &Key, field: &str) -> Option<Unit> {
 }
 
 /// The value of a key that is not given.
-pub(in crate::profile) fn default_of(key: &'static Key) -> Option<Value> {
+pub(in crate::profile) fn default_of(key: &'static Key) -> Option<Setting> {
     interpret(key, None, &Given::Plain(key.default?.to_owned())).ok()
 }
 
 /// What a field of a section can be: optional, or with a default.
 pub(super) trait Field {
     /// Of the value of its key, if there is one; `unit` is that of the field.
-    fn of(value: Option<Value>, unit: Option<Unit>) -> Self;
+    fn of(value: Option<Setting>, unit: Option<Unit>) -> Self;
 }
 
 impl<T: FromValue> Field for Option<T> {
-    fn of(value: Option<Value>, unit: Option<Unit>) -> Self {
+    fn of(value: Option<Setting>, unit: Option<Unit>) -> Self {
         T::from_value(value?, unit)
     }
 }
 
 impl<T: FromValue + Default> Field for T {
-    fn of(value: Option<Value>, unit: Option<Unit>) -> Self {
+    fn of(value: Option<Setting>, unit: Option<Unit>) -> Self {
         value.and_then(|value| T::from_value(value, unit)).unwrap_or_default()
     }
 }
@@ -131,15 +131,15 @@ impl<T: FromValue + Default> Field for T {
 /// What the value of a key can be turned into.
 pub(super) trait FromValue: Sized {
     /// `None` for the value of another kind of key.
-    fn from_value(value: Value, unit: Option<Unit>) -> Option<Self>;
+    fn from_value(value: Setting, unit: Option<Unit>) -> Option<Self>;
 }
 
 impl FromValue for f64 {
-    fn from_value(value: Value, unit: Option<Unit>) -> Option<Self> {
+    fn from_value(value: Setting, unit: Option<Unit>) -> Option<Self> {
         match (value, unit) {
-            (Value::Number(number), _) => Some(number),
-            (Value::Measure(measure), Some(unit)) => Some(measure.in_unit(unit)),
-            (Value::Measure(share), None) => Some(share.in_unit(PERCENT) / 100.0),
+            (Setting::Number(number), _) => Some(number),
+            (Setting::Measure(measure), Some(unit)) => Some(measure.in_unit(unit)),
+            (Setting::Measure(share), None) => Some(share.in_unit(PERCENT) / 100.0),
             _ => None,
         }
     }
@@ -150,7 +150,7 @@ macro_rules! from_value {
     ($($type:ty: $value:pat => $made:expr;)+) => {$(
         impl $crate::profile::schema::section::FromValue for $type {
             fn from_value(
-                value: $crate::profile::given::Value,
+                value: epirig_core::settings::Setting,
                 _: Option<epirig_core::settings::quantity::Unit>,
             ) -> Option<Self> {
                 if let $value = value { $made } else { None }
@@ -162,9 +162,9 @@ pub(super) use from_value;
 
 from_value! {
     // The allowed range is far below 2^64 ns.
-    Duration: Value::Measure(time) => Some(Self::from_nanos(time.in_unit(NS).round() as u64));
-    bool: Value::Flag(flag) => Some(flag);
-    usize: Value::Whole(number) => Self::try_from(number).ok();
-    u64: Value::Whole(number) => Self::try_from(number).ok();
-    String: Value::Text(text) => Some(text);
+    Duration: Setting::Measure(time) => Some(Self::from_nanos(time.in_unit(NS).round() as u64));
+    bool: Setting::Flag(flag) => Some(flag);
+    usize: Setting::Whole(number) => Self::try_from(number).ok();
+    u64: Setting::Whole(number) => Self::try_from(number).ok();
+    String: Setting::Text(text) => Some(text);
 }

@@ -1,7 +1,6 @@
 //! The section `sim`: the simulator and its imperfections.
 
-use super::super::given::Value;
-use super::section::{Allowed, Kind, from_value, measure, section};
+use super::section::{Allowed, Kind, Setting, from_value, measure, section};
 use epirig_core::choice::{Choice as _, names};
 use epirig_core::settings::quantity::{DEG, DN, MM, PERCENT, UM};
 
@@ -19,7 +18,7 @@ epirig_core::choices! {
     }
 }
 
-from_value! { SceneName: Value::Choice(name) => Self::from_name(name); }
+from_value! { SceneName: Setting::Text(name) => Self::from_name(&name); }
 
 section! {
     /// The simulated rig; only with a simulated stage or camera.

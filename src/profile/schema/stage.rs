@@ -1,7 +1,6 @@
 //! The section `stage`: the keys of all drivers, and those of single drivers.
 
-use super::super::given::Value;
-use super::section::{Allowed, Key, Kind, from_value, measure, section};
+use super::section::{Allowed, Key, Kind, Setting, from_value, measure, section};
 use epirig_core::settings::Settings;
 use epirig_core::settings::quantity::MM;
 use epirig_devices::stage::{Driver, driver_keys, drivers};
@@ -31,7 +30,7 @@ impl StageProfile {
     }
 }
 
-from_value! { Driver: Value::Choice(name) => Self::named(name); }
+from_value! { Driver: Setting::Text(name) => Self::named(&name); }
 
 /// The keys of all drivers, each name once.
 pub(super) fn of_drivers() -> Vec<&'static Key> {

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::Key;
+use super::quantity::Measure;
+use super::{Key, Kind};
 
 /// The value of a key.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +16,8 @@ pub enum Setting {
     Number(f64),
     /// Text, or the name of a choice.
     Text(String),
+    /// A quantity as it was written; of [`Settings`] it is a number.
+    Measure(Measure),
 }
 
 /// Values of keys of one table, such as that of a driver.
@@ -22,8 +25,12 @@ pub enum Setting {
 pub struct Settings(BTreeMap<&'static str, Setting>);
 
 impl Settings {
-    /// Sets `key`.
+    /// Sets `key`; a quantity in the key's unit.
     pub fn set(&mut self, key: &Key, value: Setting) {
+        let value = match (value, key.kind) {
+            (Setting::Measure(measure), Kind::Measure { unit, .. }) => Setting::Number(measure.in_unit(unit)),
+            (value, _) => value,
+        };
         self.0.insert(key.name, value);
     }
 
@@ -60,8 +67,8 @@ impl Settings {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Allowed;
     use super::super::quantity::{MM, S};
-    use super::super::{Allowed, Kind};
     use super::*;
 
     static STEP: Key = Key::new("a", "step", Kind::measure(MM, Allowed::Positive), "1 mm", "A step");
