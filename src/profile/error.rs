@@ -97,11 +97,8 @@ pub(super) fn one_line(problem: &Problem) -> String {
 #[non_exhaustive]
 pub enum Problem {
     /// The file is not TOML.
-    #[error("this is not valid TOML: {reason}")]
-    NotToml {
-        /// The message of the parser.
-        reason: String,
-    },
+    #[error("this is not valid TOML: {0}")]
+    NotToml(String),
     /// Too many entries; the rest is ignored.
     #[error("more than {most} {what}; the rest is ignored")]
     TooMany {
@@ -111,11 +108,8 @@ pub enum Problem {
         most: usize,
     },
     /// An override without key or value.
-    #[error("{text:?} is not a setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm")]
-    NoSetting {
-        /// As it was given.
-        text: String,
-    },
+    #[error("{0:?} is not a setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm")]
+    NoSetting(String),
     /// The value of an environment variable is not Unicode.
     #[error("the value is not Unicode; set it again or unset it")]
     NotUnicode,
@@ -128,11 +122,8 @@ pub enum Problem {
         hint: String,
     },
     /// A section's name has a value.
-    #[error("{name} is a section; write [{name}] and its keys in the lines below it")]
-    NotASection {
-        /// The section.
-        name: String,
-    },
+    #[error("{0} is a section; write [{0}] and its keys in the lines below it")]
+    NotASection(String),
     /// A key before the first section.
     #[error("{name} is outside all sections; {hint}")]
     OutsideSections {

@@ -34,7 +34,7 @@ impl Override {
         let parts = text.split_once('=').map(|(key, value)| (key.trim(), value.trim()));
         let (key, value) = parts
             .filter(|(key, value)| key.contains('.') && !value.is_empty())
-            .ok_or_else(|| ProfileError::one(place(from), Problem::NoSetting { text: text.to_owned() }))?;
+            .ok_or_else(|| ProfileError::one(place(from), Problem::NoSetting(text.to_owned())))?;
         Ok(Self { key: key.to_owned(), value: value.to_owned(), from: from.to_owned() })
     }
 }

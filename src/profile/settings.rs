@@ -55,7 +55,7 @@ impl Settings {
             Err(error) => {
                 let place = file.place(error.span().map_or(0, |span| span.start));
                 let reason = error.message().lines().collect::<Vec<_>>().join("; ");
-                settings.mistakes.push(Mistake { place, problem: Problem::NotToml { reason } });
+                settings.mistakes.push(Mistake { place, problem: Problem::NotToml(reason) });
             }
         }
         settings
@@ -66,7 +66,7 @@ impl Settings {
         let mut settings = Self::default();
         match recorded_entries(rig) {
             Some(sections) => settings.add_sections(sections),
-            None => settings.note(Place::Record, Problem::NotASection { name: "rig".to_owned() }),
+            None => settings.note(Place::Record, Problem::NotASection("rig".to_owned())),
         }
         settings
     }
@@ -78,7 +78,7 @@ impl Settings {
             }
             match (find_section(&name), item) {
                 (Ok(section), Item::Table(entries)) => self.add_section(section, entries),
-                (Ok(_), _) => self.note(place, Problem::NotASection { name }),
+                (Ok(_), _) => self.note(place, Problem::NotASection(name)),
                 (Err(problem), Item::Table(_)) => self.note(place, problem),
                 (Err(_), _) => self.note(place, outside(&name)),
             }
@@ -98,7 +98,7 @@ impl Settings {
                     }
                 }
                 _ if is_controls => {
-                    self.note(place, Problem::NotASection { name: format!("camera.{CONTROLS}") });
+                    self.note(place, Problem::NotASection(format!("camera.{CONTROLS}")));
                 }
                 item => self.add_key(section, &name, item.given(), place),
             }
