@@ -19,7 +19,6 @@ mod calibration;
 mod camera;
 mod error;
 mod plan;
-mod shown;
 mod simulator;
 mod stage;
 

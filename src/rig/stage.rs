@@ -1,7 +1,6 @@
 //! The stage of a profile.
 
 use super::RigError;
-use super::shown::Shown;
 use crate::profile::Profile;
 use epirig_devices::link::{Link, LinkError, PortChoice, choose, open, ports};
 use epirig_devices::stage::{
@@ -46,11 +45,7 @@ impl<'a> RigStage<'a> {
     /// # Errors
     /// [`LinkError`] if it cannot be opened.
     pub fn line(&mut self, baud: u32) -> Result<Box<dyn Link>, LinkError> {
-        let link = open(&self.port()?, baud)?;
-        match &mut self.tap {
-            Some(tap) => tap(link),
-            None => Ok(link),
-        }
+        line(&self.port, &mut self.tap, baud)
     }
 
     /// The carriage position for a simulated camera, independent of the connection: the true position of a
@@ -73,16 +68,18 @@ fn port(choice: &PortChoice) -> Result<String, LinkError> {
     choose(choice, &known)
 }
 
+fn line(choice: &PortChoice, tap: &mut Option<Tap<'_>>, baud: u32) -> Result<Box<dyn Link>, LinkError> {
+    let link = open(&port(choice)?, baud)?;
+    match tap {
+        Some(tap) => tap(link),
+        None => Ok(link),
+    }
+}
+
 impl StageSource for RigStage<'_> {
     fn connect(&mut self) -> Result<Box<dyn Stage>, StageError> {
         let Self { profile, port: choice, tap, watch, when_moving } = self;
-        let mut open_line = |baud| {
-            let link = open(&port(choice)?, baud)?;
-            match tap {
-                Some(tap) => tap(link),
-                None => Ok(link),
-            }
-        };
+        let mut open_line = |baud| line(choice, tap, baud);
         let mut connection = Connection {
             open_line: &mut open_line,
             watch: watch.clone(),
@@ -95,9 +92,7 @@ impl StageSource for RigStage<'_> {
         let checked =
             CheckedStage::over(axis).with_tolerance(stage.tolerance_mm).approaching_by(stage.approach_mm);
         // A stage in memory shows its true position.
-        if profile.camera.is_simulated() && !stage.is_simulated() {
-            return Ok(Box::new(Shown::new(checked, watch.clone())));
-        }
-        Ok(Box::new(checked))
+        let shown = profile.camera.is_simulated() && !stage.is_simulated();
+        Ok(Box::new(if shown { checked.shown_at(watch.clone()) } else { checked }))
     }
 }

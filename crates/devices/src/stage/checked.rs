@@ -1,12 +1,14 @@
 //! A stage with checked answers: the same rules for all dialects.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tracing::{debug, debug_span, info, warn};
 
 use super::axis::{Axis, Homed, Motion};
 use super::limits::{REPORT_ROUNDING_MM, check_move};
-use super::{PositionAfter, PositionSettings, Stage, StageError, StageIdentity, StageState, StopSwitch};
+use super::{
+    PositionAfter, PositionSettings, Stage, StageError, StageIdentity, StagePosition, StageState, StopSwitch,
+};
 
 /// Largest distance from 0 after homing, for stages with an encoder.
 const HOME_WITHIN_MM: f64 = 0.1;
@@ -46,6 +48,8 @@ pub struct CheckedStage<A: ?Sized> {
     /// End of the last move, in mm from home.
     rest_mm: Option<f64>,
     home_shift_mm: Option<f64>,
+    /// Where a simulated camera sees the position, since when, and the time that it had seen before.
+    shown: Option<(StagePosition, Instant, Duration)>,
 }
 
 impl<A: Axis + ?Sized> CheckedStage<A> {
@@ -65,6 +69,7 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
             approach_mm: 0.0,
             rest_mm: None,
             home_shift_mm: None,
+            shown: None,
         }
     }
 
@@ -78,6 +83,24 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
     /// moves.
     pub fn approaching_by(self, approach_mm: f64) -> Self {
         Self { approach_mm, ..self }
+    }
+
+    /// The same with its reported position shown to a simulated camera at `watch`, whose time continues. So a rig
+    /// can be rehearsed without its camera; the frames do not show the true position of the carriage.
+    pub fn shown_at(self, watch: StagePosition) -> Self {
+        let before = watch.elapsed();
+        Self { shown: Some((watch, Instant::now(), before)), ..self }
+    }
+
+    /// Shows the position, if it is known.
+    fn show(&mut self) -> Result<(), StageError> {
+        if self.shown.is_some()
+            && let Some(position_mm) = self.state()?.position_mm
+            && let Some((watch, began, before)) = &self.shown
+        {
+            watch.set(position_mm, *before + began.elapsed());
+        }
+        Ok(())
     }
 
     fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
@@ -256,7 +279,8 @@ impl<A: Axis + ?Sized> Stage for CheckedStage<A> {
             Ok(()) => info!(device, seconds, home_shift_mm = self.home_shift_mm, "homed"),
             Err(reason) => warn!(device, seconds, %reason, "homing failed"),
         }
-        homed
+        homed?;
+        self.show()
     }
 
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
@@ -268,7 +292,8 @@ impl<A: Axis + ?Sized> Stage for CheckedStage<A> {
             Ok(()) => debug!(device, position_mm, seconds, "moved"),
             Err(reason) => warn!(device, position_mm, seconds, %reason, "move failed"),
         }
-        moved
+        moved?;
+        self.show()
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {
@@ -298,7 +323,8 @@ impl<A: Axis + ?Sized> Stage for CheckedStage<A> {
                 warn!(device = self.identity().to_string(), %reason, "the stage could not be stopped")
             }
         }
-        self.weigh(stopped)
+        self.weigh(stopped)?;
+        self.show()
     }
 
     fn stop_switch(&self) -> StopSwitch {
