@@ -118,14 +118,13 @@ fn done(writer: &Mutex<SequenceWriter>, job: Job) -> Result<(), SequenceError> {
 #[cfg(test)]
 mod tests {
     use std::io;
-    use std::path::Path;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::time::Duration;
 
     use super::*;
     use epirig_core::frame::Samples;
-    use epirig_data::sequence::{FORMAT_VERSION, Origin, SequenceRecord};
-    use epirig_data::storage::{Disk, RealDisk};
+    use epirig_data::sequence::{Origin, SequenceRecord};
+    use epirig_data::storage::{Disk, DiskStep, RealDisk};
 
     /// A disk that writes no frame until it is released.
     struct Stuck(Arc<AtomicBool>);
@@ -139,53 +138,14 @@ mod tests {
     }
 
     impl Disk for Stuck {
-        fn make_folder(&mut self, path: &Path) -> io::Result<()> {
-            RealDisk.make_folder(path)
-        }
-
-        fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-            if path.extension().is_some_and(|extension| extension == "part")
+        fn act(&mut self, step: DiskStep<'_>) -> io::Result<()> {
+            if let DiskStep::Write(path, _) = step
+                && path.extension().is_some_and(|extension| extension == "part")
                 && path.to_string_lossy().contains("png")
             {
                 self.wait();
             }
-            RealDisk.write(path, bytes)
-        }
-
-        fn append(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-            RealDisk.append(path, bytes)
-        }
-
-        fn sync(&mut self, path: &Path) -> io::Result<()> {
-            RealDisk.sync(path)
-        }
-
-        fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-            RealDisk.rename(from, to)
-        }
-
-        fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-            RealDisk.rename_new(from, to)
-        }
-
-        fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
-            RealDisk.exchange(one, other)
-        }
-
-        fn link(&mut self, file: &Path, name: &Path) -> io::Result<()> {
-            RealDisk.link(file, name)
-        }
-
-        fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {
-            RealDisk.cut(path, bytes)
-        }
-
-        fn remove(&mut self, path: &Path) -> io::Result<()> {
-            RealDisk.remove(path)
-        }
-
-        fn remove_folder(&mut self, path: &Path) -> io::Result<()> {
-            RealDisk.remove_folder(path)
+            RealDisk.act(step)
         }
     }
 
@@ -193,25 +153,14 @@ mod tests {
     fn a_disk_that_hangs_holds_the_scan_and_no_more_than_the_frames_that_may_wait() {
         const FRAMES: usize = 12;
         let folder = tempfile::tempdir().unwrap();
-        let record = SequenceRecord {
-            format: FORMAT_VERSION,
-            uid: "test".to_owned(),
-            program: "test".to_owned(),
-            created: "now".to_owned(),
-            origin: Origin::Imported {
-                folder: String::new(),
-                conversions: Vec::new(),
-                findings: Vec::new(),
-                calibration_folders: Default::default(),
-                rig: None,
-            },
-            rows: 1,
-            columns: 2,
-            bit_depth: 8,
-            frames: FRAMES,
-            positions_mm: None,
-            intrinsics: None,
+        let origin = Origin::Imported {
+            folder: String::new(),
+            conversions: Vec::new(),
+            findings: Vec::new(),
+            calibration_folders: Default::default(),
+            rig: None,
         };
+        let record = SequenceRecord::new(origin, (1, 2), 8, FRAMES);
         let open = Arc::new(AtomicBool::new(false));
         let disk = Box::new(Stuck(Arc::clone(&open)));
         let writer = SequenceWriter::create_on(disk, &folder.path().join("seq"), &record).unwrap();

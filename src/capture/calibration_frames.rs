@@ -43,7 +43,7 @@ fn arrangement(plan: &CapturePlan, kind: FrameKind, index: usize) -> Arrangement
 /// Refuses a plan that needs an operator if none is present, before anything moves.
 pub(super) fn refuse_unattended(plan: &CapturePlan) -> Result<(), CaptureError> {
     let first = FrameKind::CALIBRATION.into_iter().find(|kind| plan.count(*kind) > 0);
-    first.map_or(Ok(()), |kind| Err(CaptureError::NotArranged { what: arrangement(plan, kind, 0).words() }))
+    first.map_or(Ok(()), |kind| Err(CaptureError::NotArranged(arrangement(plan, kind, 0).words())))
 }
 
 impl Scan<'_, '_> {
@@ -108,7 +108,7 @@ impl Scan<'_, '_> {
     /// Asks for an arrangement, and waits until the picture is steady.
     fn arrange(&mut self, arrangement: Arrangement) -> Result<(), CaptureError> {
         if !self.rig.assistant.arrange(arrangement, self.rig.camera) {
-            return Err(CaptureError::NotArranged { what: arrangement.words() });
+            return Err(CaptureError::NotArranged(arrangement.words()));
         }
         Ok(self.camera().start()?)
     }

@@ -72,11 +72,9 @@ impl Scan<'_, '_> {
             Ok(()) => Ok(()),
             Err(CaptureError::Moved { frame, how }) => {
                 let how = format!("frame {frame} taken again differs from what it was: {how}");
-                Err(CaptureError::NotClosed { how })
+                Err(CaptureError::NotClosed(how))
             }
-            Err(CaptureError::SettingsChanged { changes }) => {
-                Err(CaptureError::NotClosed { how: listed(&changes) })
-            }
+            Err(CaptureError::SettingsChanged(changes)) => Err(CaptureError::NotClosed(listed(&changes))),
             Err(error) if error.is_wanted() => {
                 progress.note("note: stopped after the last frame; the result of homing again is unknown");
                 Ok(())
@@ -101,7 +99,7 @@ impl Scan<'_, '_> {
         let how = format!(
             "home was found {shift_mm:+.4} mm from where it had been (limits.position allows {limit_mm} mm): steps were lost or gained"
         );
-        Err(CaptureError::NotClosed { how })
+        Err(CaptureError::NotClosed(how))
     }
 
     /// The result is kept, even if it exceeds the limits.

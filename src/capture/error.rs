@@ -76,12 +76,9 @@ pub enum CaptureError {
     #[error(
         "{}, so the same position would be another place; set the stage back, as with `epirig stage console`, and \
          resume, or begin a new scan",
-        listed(changes)
+        listed(.0)
     )]
-    SettingsChanged {
-        /// Each setting that differs.
-        changes: Vec<ChangedSetting>,
-    },
+    SettingsChanged(Vec<ChangedSetting>),
     /// A frame failed in all attempts.
     #[error("frame {index} failed after {attempts} attempts; last error: {source}")]
     RetriesExhausted {
@@ -137,21 +134,15 @@ pub enum CaptureError {
     },
     /// The position was lost during the scan, which was noticed only when the stage was homed again.
     #[error(
-        "the rig changed during the scan: {how}; the positions of the frames are wrong: look for what slips \
+        "the rig changed during the scan: {0}; the positions of the frames are wrong: look for what slips \
          or blocks, and take the scan again"
     )]
-    NotClosed {
-        /// What differs from the beginning.
-        how: String,
-    },
+    NotClosed(String),
     /// The operator did not confirm an arrangement.
     #[error(
-        "not confirmed: {what}; run epirig in a terminal with an operator, or plan no such frames: `--set plan.dark=0 --set plan.flat=0 --set plan.board=0`"
+        "not confirmed: {0}; run epirig in a terminal with an operator, or plan no such frames: `--set plan.dark=0 --set plan.flat=0 --set plan.board=0`"
     )]
-    NotArranged {
-        /// The wanted arrangement in front of the camera.
-        what: String,
-    },
+    NotArranged(String),
     /// A scan with a replayed camera stopped because of the replayed sequence.
     #[error(
         "{source}; {done} of {planned} frames are in {}, and it cannot continue until the replayed sequence is repaired", folder.display()

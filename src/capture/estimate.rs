@@ -55,9 +55,7 @@ impl CapturePlan {
             bytes: frame_bytes.map(|bytes| bytes.saturating_mul((stops + others) as u64)),
         }
     }
-}
 
-impl CapturePlan {
     /// The lengths of all moves, in mm: from home through all stops; at the end to the first stop, and home.
     fn moves_mm(&self) -> Vec<f64> {
         let Some(&first_mm) = self.positions_mm.first() else { return Vec::new() };

@@ -13,7 +13,7 @@ pub(super) fn home(
     let found = stage.position_settings()?;
     let changes = recorded.map_or(Vec::new(), |recorded| changes(recorded, &found));
     if !changes.is_empty() {
-        return Err(CaptureError::SettingsChanged { changes });
+        return Err(CaptureError::SettingsChanged(changes));
     }
     stage.home()?;
     Ok(found)

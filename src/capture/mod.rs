@@ -27,8 +27,8 @@ mod watch;
 use std::path::Path;
 
 use epirig_data::sequence::{
-    ClosureRecord, FORMAT_VERSION, LimitsRecord, Origin, Sequence, SequenceError, SequenceRecord,
-    SequenceWriter, new_uid, now, refuse_existing,
+    ClosureRecord, LimitsRecord, Origin, Sequence, SequenceError, SequenceRecord, SequenceWriter,
+    refuse_existing,
 };
 use epirig_data::storage::Disk;
 use epirig_devices::camera::{CameraError, Configuration};
@@ -96,28 +96,19 @@ fn interrupted(error: CaptureError, folder: &Path, planned: usize) -> CaptureErr
 fn start_record(scan: &mut Scan<'_, '_>) -> SequenceRecord {
     let (plan, configuration) = (scan.plan, scan.configuration.clone());
     let Configuration { rows, columns, bit_depth, .. } = configuration;
+    let origin = Origin::Captured {
+        stage: scan.stage.as_ref().map_or_else(String::new, |stage| stage.identity().to_string()),
+        stage_settings: scan.settings.clone(),
+        camera: scan.camera().identity().to_string(),
+        configuration: Some(camera_record(&configuration, plan.averaged)),
+        limits: Some(LimitsRecord { position_mm: plan.limits.position_mm, shift_px: plan.limits.shift_px }),
+        rig: plan.rig.clone(),
+        simulator: plan.simulator.clone(),
+    };
+    let bit_depth = if plan.averaged > 1 { 16 } else { bit_depth };
     SequenceRecord {
-        format: FORMAT_VERSION,
-        uid: new_uid(),
-        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
-        created: now(),
-        origin: Origin::Captured {
-            stage: scan.stage.as_ref().map_or_else(String::new, |stage| stage.identity().to_string()),
-            stage_settings: scan.settings.clone(),
-            camera: scan.camera().identity().to_string(),
-            configuration: Some(camera_record(&configuration, plan.averaged)),
-            limits: Some(LimitsRecord {
-                position_mm: plan.limits.position_mm,
-                shift_px: plan.limits.shift_px,
-            }),
-            rig: plan.rig.clone(),
-            simulator: plan.simulator.clone(),
-        },
-        rows,
-        columns,
-        bit_depth: if plan.averaged > 1 { 16 } else { bit_depth },
-        frames: plan.positions_mm.len(),
         positions_mm: Some(plan.positions_mm.clone()),
         intrinsics: plan.lens.map(|lens| lens.intrinsics(columns, rows)),
+        ..SequenceRecord::new(origin, (rows, columns), bit_depth, plan.positions_mm.len())
     }
 }

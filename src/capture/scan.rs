@@ -9,6 +9,7 @@ use super::homing::home;
 use super::rig::Rig;
 use super::trust::{Trust, lost_trust, may_lose_steps};
 use super::{CaptureError, CapturePlan};
+use epirig_core::choice::Choice as _;
 use epirig_core::frame::Frame;
 use epirig_data::sequence::{
     CameraRecord, ClosureRecord, Event, ExitStatus, FrameKind, RetakeRecord, SequenceWriter, StopFacts,

@@ -48,7 +48,7 @@ impl Rectify {
         }
         let summary = serde_json::json!({
             "out": self.out.display().to_string(),
-            "frames": derived.sources.len(),
+            "frames": derived.frames,
             "rows": derived.rows,
             "columns": derived.columns,
             "bit_depth": derived.bit_depth,
@@ -60,7 +60,7 @@ impl Rectify {
             format!(
                 "{0}: {1} frames of {2} x {3}, {4} bit\nnext: epirig match {0}\n",
                 quoted(&self.out),
-                derived.sources.len(),
+                derived.frames,
                 derived.columns,
                 derived.rows,
                 derived.bit_depth

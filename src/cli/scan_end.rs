@@ -8,6 +8,7 @@ use super::verify::refuse_another_rig;
 use super::{CliError, Talk};
 use crate::profile::Profile;
 use crate::results::MatchSummary;
+use epirig_core::choice::Choice as _;
 use epirig_data::sequence::{ExitStatus, Sequence, SequenceError};
 
 /// Whether wrong positions are accepted.

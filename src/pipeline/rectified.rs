@@ -9,7 +9,7 @@ use epirig_calibration::photometry::Maps;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::{
-    Derived, ExitStatus, Intrinsics, Origin, Sequence, refuse_existing, write_derived,
+    ExitStatus, Intrinsics, Origin, Sequence, SequenceRecord, refuse_existing, write_derived,
 };
 
 /// Bit depth of the samples, which keeps values between the camera's levels.
@@ -27,37 +27,35 @@ pub fn rectify_sequence(
     (calibration, maps): &(Calibration, Maps),
     out: &Path,
     progress: &dyn Progress,
-) -> Result<Derived, PipelineError> {
+) -> Result<SequenceRecord, PipelineError> {
     refuse_existing(out)?;
     let positions_mm = positions_mm(sequence, calibration)?;
     let volume = load_calibrated(sequence, calibration, maps, progress)?;
     let dn_per_sample = volume.dn_per_count();
     let camera = calibration.mapping.camera;
     let scale = calibrated_scale(calibration);
-    let derived = Derived {
-        origin: Origin::Rectified {
-            folder: sequence.folder().display().to_string(),
-            sequence_uid: sequence.record().uid.clone(),
-            calibration: calibration.hash(),
-            dn_per_sample: f64::from(dn_per_sample),
-            original_bit_depth: volume.bit_depth(),
-            focal_length_sigma: scale.focal_length,
-            baseline_sigma: scale.baseline,
-        },
-        rows: volume.rows(),
-        columns: volume.columns(),
-        bit_depth: BIT_DEPTH,
+    let origin = Origin::Rectified {
+        folder: sequence.folder().display().to_string(),
+        sequence_uid: sequence.record().uid.clone(),
+        calibration: calibration.hash(),
+        dn_per_sample: f64::from(dn_per_sample),
+        original_bit_depth: volume.bit_depth(),
+        focal_length_sigma: scale.focal_length,
+        baseline_sigma: scale.baseline,
+    };
+    let sources: Vec<String> = sequence.frames().iter().map(|record| record.file.clone()).collect();
+    let record = SequenceRecord {
         intrinsics: (calibration.lens.source != LensSource::Unknown).then_some(Intrinsics {
             focal_length_px: camera.focal_length_px,
             principal_point_x_px: camera.principal_point_x_px,
             principal_point_y_px: camera.principal_point_y_px,
         }),
         positions_mm,
-        sources: sequence.frames().iter().map(|record| record.file.clone()).collect(),
-        // The end of the scan is the same for these frames.
-        exit_status: sequence.stop().map_or(ExitStatus::Aborted, |stop| stop.exit_status),
-        reason: sequence.end_in_words(),
+        ..SequenceRecord::new(origin, (volume.rows(), volume.columns()), BIT_DEPTH, sources.len())
     };
+    // The end of the scan is the same for these frames.
+    let exit_status = sequence.stop().map_or(ExitStatus::Aborted, |stop| stop.exit_status);
+    let end = (exit_status, sequence.end_in_words());
     let mut row = vec![0.0_f32; volume.columns()];
     let frame = |t: usize| {
         let mut samples = Vec::with_capacity(volume.rows() * volume.columns());
@@ -68,8 +66,9 @@ pub fn rectify_sequence(
         }
         Frame::new(volume.rows(), volume.columns(), BIT_DEPTH, Samples::U16(samples))
     };
-    tracing::info_span!("rectification").in_scope(|| write_derived(out, derived.clone(), frame, progress))?;
-    Ok(derived)
+    tracing::info_span!("rectification")
+        .in_scope(|| write_derived(out, &record, sources, end, frame, progress))?;
+    Ok(record)
 }
 
 /// The measured positions, with the first at its reported position.

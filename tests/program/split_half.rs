@@ -10,7 +10,7 @@ use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_data::sequence::import::{ImportOptions, NoInspector, import, list_images};
+use epirig_data::sequence::import::{ImportOptions, import, list_images};
 use epirig_data::sequence::{Sequence, load_volume};
 use epirig_matcher::evaluate::leave_out;
 use epirig_matcher::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume};
@@ -65,7 +65,7 @@ fn photographs(used: Used, test: &str) -> Option<Volume> {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("trees");
     let options = ImportOptions { frames: Some(used.frames), ..ImportOptions::default() };
-    import(&list_images(&trees).unwrap(), &out, &options, &mut NoInspector, &Silent).unwrap();
+    import(&list_images(&trees).unwrap(), &out, &options, &mut (), &Silent).unwrap();
     Some(load_volume(&Sequence::open(&out).unwrap(), &Silent).unwrap())
 }
 

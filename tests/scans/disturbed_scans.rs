@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::scans::{FRAMES, assert_whole, plan, scan, simulator};
 use epirig::capture::{CaptureError, PauseSwitch};
 use epirig_data::sequence::{ExitStatus, Sequence, SequenceError};
-use epirig_data::storage::{Disk, RealDisk};
+use epirig_data::storage::{Disk, DiskStep, RealDisk};
 
 /// The real disk, to which something is done once, after a number of lines of the journal.
 struct Tampered<F> {
@@ -17,20 +17,9 @@ struct Tampered<F> {
 }
 
 impl<F: FnOnce() + Send> Disk for Tampered<F> {
-    fn make_folder(&mut self, path: &Path) -> io::Result<()> {
-        RealDisk.make_folder(path)
-    }
-
-    fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        RealDisk.write(path, bytes)
-    }
-
-    fn append(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        RealDisk.append(path, bytes)
-    }
-
-    fn sync(&mut self, path: &Path) -> io::Result<()> {
-        RealDisk.sync(path)?;
+    fn act(&mut self, step: DiskStep<'_>) -> io::Result<()> {
+        RealDisk.act(step)?;
+        let DiskStep::Sync(path) = step else { return Ok(()) };
         if path.file_name().is_some_and(|name| name == "journal.jsonl") {
             self.lines = self.lines.saturating_sub(1);
         }
@@ -38,34 +27,6 @@ impl<F: FnOnce() + Send> Disk for Tampered<F> {
             act();
         }
         Ok(())
-    }
-
-    fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-        RealDisk.rename(from, to)
-    }
-
-    fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-        RealDisk.rename_new(from, to)
-    }
-
-    fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
-        RealDisk.exchange(one, other)
-    }
-
-    fn link(&mut self, file: &Path, name: &Path) -> io::Result<()> {
-        RealDisk.link(file, name)
-    }
-
-    fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {
-        RealDisk.cut(path, bytes)
-    }
-
-    fn remove(&mut self, path: &Path) -> io::Result<()> {
-        RealDisk.remove(path)
-    }
-
-    fn remove_folder(&mut self, path: &Path) -> io::Result<()> {
-        RealDisk.remove_folder(path)
     }
 }
 

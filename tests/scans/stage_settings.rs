@@ -108,7 +108,7 @@ fn a_scan_is_not_resumed_with_other_settings() {
         bench.tell(&format!("{name}={found}"));
         let (at, before) = (bench.carriage(), std::fs::read(seq.join("journal.jsonl")).unwrap());
         let error = bench.scan(&seq, 0, || {}).unwrap_err();
-        let CaptureError::SettingsChanged { changes } = error.cause() else { panic!("{error}") };
+        let CaptureError::SettingsChanged(changes) = error.cause() else { panic!("{error}") };
         let changed = ChangedSetting { name: name.to_owned(), recorded: Some(recorded), found: Some(found) };
         assert_eq!(*changes, [changed]);
         assert!(error.to_string().contains(&format!("{name} was {recorded} and is {found}")), "{error}");
@@ -129,6 +129,6 @@ fn settings_that_change_unnoticed_are_found_at_the_end() {
     let seq = folder.path().join("seq");
     // In the last position, 10 mm from home; the motion ends there, so nothing else shows it.
     let ended = bench.scan(&seq, FRAMES, || bench.tell("$27=1.25"));
-    let Err(CaptureError::NotClosed { how }) = ended else { panic!("{ended:?}") };
+    let Err(CaptureError::NotClosed(how)) = ended else { panic!("{ended:?}") };
     assert!(how.contains("$27 was 1 and is 1.25"), "{how}");
 }

@@ -11,8 +11,8 @@ use epirig_calibration::target::{ChessBoard, Target};
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{
-    ExitStatus, FORMAT_VERSION, FrameFacts, FrameKind, Intrinsics, Origin, Sequence, SequenceRecord,
-    SequenceWriter, StopFacts,
+    ExitStatus, FrameFacts, FrameKind, Intrinsics, Origin, Sequence, SequenceRecord, SequenceWriter,
+    StopFacts,
 };
 use epirig_simulator::{Scene, Simulator, SimulatorConfig};
 use nalgebra::{DMatrix, DVector};
@@ -33,26 +33,19 @@ pub fn write_sequence(simulator: &Simulator, light: &[Grid<f32>], extras: Extras
     let config = simulator.config();
     let positions_mm = config.scan.positions_mm();
     let (rows, columns) = (config.optics.rows, config.optics.columns);
+    let origin = Origin::Captured {
+        stage_settings: Default::default(),
+        stage: "simulator".to_owned(),
+        camera: "simulator".to_owned(),
+        configuration: None,
+        limits: None,
+        rig: None,
+        simulator: None,
+    };
     let record = SequenceRecord {
-        format: FORMAT_VERSION,
-        uid: epirig_data::sequence::new_uid(),
-        program: "test".to_owned(),
-        created: "2001-01-01T00:00:00Z".to_owned(),
-        origin: Origin::Captured {
-            stage_settings: Default::default(),
-            stage: "simulator".to_owned(),
-            camera: "simulator".to_owned(),
-            configuration: None,
-            limits: None,
-            rig: None,
-            simulator: None,
-        },
-        rows,
-        columns,
-        bit_depth: config.sensor.bit_depth,
-        frames: positions_mm.len(),
         positions_mm: Some(positions_mm.clone()),
         intrinsics: Some(Intrinsics::centred(config.optics.focal_length_px, columns, rows)),
+        ..SequenceRecord::new(origin, (rows, columns), config.sensor.bit_depth, positions_mm.len())
     };
     let mut writer = SequenceWriter::create(folder, &record).unwrap();
     // Every exposure has noise of its own.

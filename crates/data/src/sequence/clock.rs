@@ -20,7 +20,7 @@ pub fn now() -> String {
 }
 
 /// A fresh name for a sequence: no two are the same.
-pub fn new_uid() -> String {
+pub(super) fn new_uid() -> String {
     uid_at(SystemTime::now())
 }
 

@@ -6,6 +6,7 @@ use super::finding::{Finding, RESTORE};
 use super::reader::{JOURNAL, START, STOP};
 use super::record::{CertificateRecord, Event, ExitStatus, FrameKind, FrameRecord, Origin};
 use super::{Sequence, SequenceError, course};
+use epirig_core::choice::Choice as _;
 use epirig_core::tau::Tau;
 
 impl Sequence {
@@ -32,8 +33,7 @@ impl Sequence {
         let with_rig =
             matches!(self.record().origin, Origin::Captured { .. }) && self.record().origin.rig().is_some();
         let certified = with_rig || self.frames().iter().any(|frame| frame.certificate.is_some());
-        let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
-        for kind in kinds {
+        for &kind in FrameKind::ALL {
             let mut seen = BTreeSet::new();
             let calibration = self.calibration_frames(kind);
             let frames = if kind == FrameKind::Scan { self.frames() } else { &calibration };
@@ -139,15 +139,19 @@ impl Sequence {
                         }
                         continue;
                     };
-                    let limits = Limits::of(certificate);
-                    if let Some(allowed_mm) = tolerance_mm.filter(|mm| *mm != limits.position_mm) {
+                    let CertificateRecord { position_tolerance_mm, settle_ms, saturated_limit, .. } =
+                        *certificate;
+                    if let Some(allowed_mm) = tolerance_mm.filter(|mm| *mm != position_tolerance_mm) {
                         let problem = format!(
-                            "its certificate allows the stage to be {} mm off, the rig {allowed_mm} mm; {RESTORE}",
-                            limits.position_mm
+                            "its certificate allows the stage to be {position_tolerance_mm} mm off, the rig {allowed_mm} mm; {RESTORE}"
                         );
                         found.push(Finding::new(&name, problem));
                     }
-                    let problem = if !limits.can_be() {
+                    let can_be = position_tolerance_mm >= 0.0 && settle_ms >= 0.0;
+                    // The same for all frames of a scan, until it is resumed.
+                    let limits =
+                        (position_tolerance_mm, settle_ms, saturated_limit, certificate.controls_as_set);
+                    let problem = if !can_be || !(0.0..=1.0).contains(&saturated_limit) {
                         Some("the limits in its certificate cannot be".to_owned())
                     } else if *shared.get_or_insert(limits) != limits {
                         Some("its certificate has other limits than those of the frames around it".to_owned())
@@ -252,30 +256,6 @@ impl Sequence {
             }
         }
         problems
-    }
-}
-
-/// The part of a certificate that is the same for all frames of a scan, until it is resumed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Limits {
-    position_mm: f64,
-    settle_ms: f64,
-    saturated: f64,
-    controls: usize,
-}
-
-impl Limits {
-    fn of(certificate: &CertificateRecord) -> Self {
-        Self {
-            position_mm: certificate.position_tolerance_mm,
-            settle_ms: certificate.settle_ms,
-            saturated: certificate.saturated_limit,
-            controls: certificate.controls_as_set,
-        }
-    }
-
-    fn can_be(self) -> bool {
-        self.position_mm >= 0.0 && self.settle_ms >= 0.0 && (0.0..=1.0).contains(&self.saturated)
     }
 }
 

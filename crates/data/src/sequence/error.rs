@@ -30,29 +30,17 @@ pub enum SequenceError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The folder to be made exists and is not empty.
-    #[error("{} exists already and is not empty; choose another folder, or move it away", path.display())]
-    Exists {
-        /// The folder.
-        path: PathBuf,
-    },
+    #[error("{} exists already and is not empty; choose another folder, or move it away", .0.display())]
+    Exists(PathBuf),
     /// A link where the folder is to be made.
-    #[error("{} is a link, and a sequence is made as a folder; give the folder that it leads to, or another name", path.display())]
-    Link {
-        /// The link.
-        path: PathBuf,
-    },
+    #[error("{} is a link, and a sequence is made as a folder; give the folder that it leads to, or another name", .0.display())]
+    Link(PathBuf),
     /// A place without a name of its own.
-    #[error("{} cannot be made anew as a whole; give the folder by its name", path.display())]
-    NoName {
-        /// The folder as given.
-        path: PathBuf,
-    },
+    #[error("{} cannot be made anew as a whole; give the folder by its name", .0.display())]
+    NoName(PathBuf),
     /// The folder to be made holds a scan that has not ended.
-    #[error("{} holds a scan that was interrupted; `epirig resume {}` goes on with it", path.display(), quoted(path))]
-    Unfinished {
-        /// The folder.
-        path: PathBuf,
-    },
+    #[error("{} holds a scan that was interrupted; `epirig resume {}` goes on with it", .0.display(), quoted(.0))]
+    Unfinished(PathBuf),
     /// An image that cannot get a second name.
     #[error("{} cannot be linked: {source}; leave --link out, and the images are copied", path.display())]
     CannotLink {
@@ -62,11 +50,8 @@ pub enum SequenceError {
         source: std::io::Error,
     },
     /// Another program writes the sequence.
-    #[error("{} is being written by another epirig; wait until it has ended", path.display())]
-    Busy {
-        /// The folder.
-        path: PathBuf,
-    },
+    #[error("{} is being written by another epirig; wait until it has ended", .0.display())]
+    Busy(PathBuf),
     /// Another program has changed the sequence that this one writes.
     #[error("{}: {what} by another program while the sequence was written; {advice}", folder.display())]
     Disturbed {
@@ -89,11 +74,8 @@ pub enum SequenceError {
     #[error("nothing more is written after an error; see the one before")]
     Closed,
     /// A folder without images.
-    #[error("{} holds no images that are read ({}); give the folder that holds the frames", path.display(), image_formats())]
-    NoImages {
-        /// The folder.
-        path: PathBuf,
-    },
+    #[error("{} holds no images that are read ({}); give the folder that holds the frames", .0.display(), image_formats())]
+    NoImages(PathBuf),
     /// Files of a format that is not read.
     #[error(
         "{} is {}{}, which is not read; make images of {} ({}), and import those: {}",
@@ -299,23 +281,14 @@ pub enum SequenceError {
         expected: u32,
     },
     /// A folder that is no sequence.
-    #[error("{} is no sequence: it has no sequence.json; make one of a folder of images with `epirig import`", path.display())]
-    NotASequence {
-        /// The folder.
-        path: PathBuf,
-    },
+    #[error("{} is no sequence: it has no sequence.json; make one of a folder of images with `epirig import`", .0.display())]
+    NotASequence(PathBuf),
     /// A file whose bytes are not those that were recorded.
-    #[error("{} does not have the hash in the journal: it was changed or damaged; restore it from a copy", path.display())]
-    HashMismatch {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} does not have the hash in the journal: it was changed or damaged; restore it from a copy", .0.display())]
+    HashMismatch(PathBuf),
     /// A file that the journal names is not there.
-    #[error("{} is missing; restore it from a copy, or import the frames again", path.display())]
-    MissingFrame {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} is missing; restore it from a copy, or import the frames again", .0.display())]
+    MissingFrame(PathBuf),
     /// Frames that do not make a volume.
     #[error(transparent)]
     Volume(#[from] VolumeError),

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Origin, Sequence, SequenceError};
+use super::{Sequence, SequenceError};
 use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
@@ -22,10 +22,7 @@ pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volum
     progress.begin("reading frames", frames.len() as u64);
     // The size in the record is believed only after a frame has shown it.
     let first = frames.first().map(|first| sequence.read(first)).transpose()?;
-    let original_bits = match record.origin {
-        Origin::Rectified { original_bit_depth, .. } => Some(original_bit_depth),
-        Origin::Captured { .. } | Origin::Imported { .. } => None,
-    };
+    let original_bits = record.origin.original_bit_depth();
     let mut volume = match original_bits {
         Some(bits) => Volume::fine(record.rows, record.columns, bits, tau),
         None => Volume::new(record.rows, record.columns, record.bit_depth, tau),
@@ -59,7 +56,7 @@ pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volum
 mod tests {
     use super::*;
     use crate::sequence::encode_png;
-    use crate::sequence::import::{ImportOptions, NoInspector, import, list_images};
+    use crate::sequence::import::{ImportOptions, import, list_images};
     use epirig_core::frame::Samples;
     use epirig_core::progress::Silent;
 
@@ -73,8 +70,7 @@ mod tests {
             let frame = Frame::new(40, 6, 8, Samples::U8((0..240).map(|index| index % 13 + t).collect()));
             std::fs::write(images.join(format!("{t:02}.png")), encode_png(&frame.unwrap()).unwrap()).unwrap();
         }
-        import(&list_images(&images).unwrap(), &folder, &ImportOptions::default(), &mut NoInspector, &Silent)
-            .unwrap();
+        import(&list_images(&images).unwrap(), &folder, &ImportOptions::default(), &mut (), &Silent).unwrap();
         let sequence = Sequence::open(&folder).unwrap();
         let threads = |count: usize| rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();
         let alone = threads(1).install(|| load_volume(&sequence, &Silent)).unwrap();
@@ -89,10 +85,7 @@ mod tests {
             std::fs::remove_file(sequence.path(&sequence.frames()[missing])).unwrap();
             let failure = threads(4).install(|| load_volume(&sequence, &Silent)).unwrap_err();
             let expected = sequence.path(&sequence.frames()[missing]);
-            assert!(
-                matches!(&failure, SequenceError::MissingFrame { path } if *path == expected),
-                "{failure}"
-            );
+            assert!(matches!(&failure, SequenceError::MissingFrame(path) if *path == expected), "{failure}");
         }
     }
 }

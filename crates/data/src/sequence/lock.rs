@@ -16,7 +16,7 @@ pub fn lock(folder: &Path) -> Result<File, SequenceError> {
     let journal = open_file(&path)?;
     match journal.try_lock() {
         Ok(()) | Err(TryLockError::Error(_)) => Ok(journal),
-        Err(TryLockError::WouldBlock) => Err(SequenceError::Busy { path: folder.to_owned() }),
+        Err(TryLockError::WouldBlock) => Err(SequenceError::Busy(folder.to_owned())),
     }
 }
 

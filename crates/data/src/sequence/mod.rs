@@ -26,8 +26,8 @@ mod undisturbed;
 mod verify;
 mod writer;
 
-pub use clock::{new_uid, now, time};
-pub use derived::{Derived, write_derived};
+pub use clock::{now, time};
+pub use derived::write_derived;
 pub use error::SequenceError;
 pub use finding::Finding;
 pub use listing::sequences_in;

@@ -29,19 +29,21 @@ pub fn read_positions(path: &Path, frames: usize) -> Result<Vec<f64>, SequenceEr
         let record = record
             .map_err(|error| bad(error.position().map_or(0, csv::Position::line), error.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line);
-        let Some(column) = column else {
-            let named = record.iter().position(|field| field == "position_mm");
-            column = Some(named.unwrap_or(0));
-            if named.is_some() {
-                continue;
+        let place = match column {
+            Some(place) => place,
+            None => {
+                let named = record.iter().position(|field| field == "position_mm");
+                let place = *column.insert(named.unwrap_or(0));
+                if named.is_some() {
+                    continue;
+                }
+                if record.len() > 1 {
+                    return Err(bad(line, "several columns, none of them named position_mm".to_owned()));
+                }
+                place
             }
-            if record.len() > 1 {
-                return Err(bad(line, "several columns, none of them named position_mm".to_owned()));
-            }
-            positions.push(number(&record, 0).map_err(|reason| bad(line, reason))?);
-            continue;
         };
-        positions.push(number(&record, column).map_err(|reason| bad(line, reason))?);
+        positions.push(number(&record, place).map_err(|reason| bad(line, reason))?);
     }
     if positions.len() != frames {
         return Err(SequenceError::PositionCount {

@@ -9,7 +9,10 @@ use super::record::{
     Event, ExitStatus, FORMAT_VERSION, FrameKind, FrameRecord, Origin, SequenceRecord, StopRecord,
 };
 use super::start_keys::StartKeys;
-use crate::storage::{is_there, parse_record, read_file, read_inside, read_record, read_record_of_kinds};
+use crate::storage::{
+    LARGEST_RECORD, is_there, parse_record, read_file, read_inside, read_record, record_of_kinds,
+};
+use epirig_core::choice::Choice as _;
 use epirig_core::frame::Frame;
 use epirig_core::grid::area;
 use epirig_core::tau::Tau;
@@ -51,9 +54,10 @@ impl Sequence {
     pub fn open(folder: &Path) -> Result<Self, SequenceError> {
         let path = folder.join(START);
         if path.symlink_metadata().is_err() {
-            return Err(SequenceError::NotASequence { path: folder.to_owned() });
+            return Err(SequenceError::NotASequence(folder.to_owned()));
         }
-        let record: SequenceRecord = read_record_of_kinds::<_, StartKeys>(&path, FORMAT_VERSION)?;
+        let bytes = read_file(&path, LARGEST_RECORD)?;
+        let record: SequenceRecord = record_of_kinds::<_, StartKeys>(&path, bytes, FORMAT_VERSION)?;
         if let Some(reason) = impossible(&record) {
             return Err(SequenceError::BadRecord { path, line: None, reason });
         }
@@ -181,7 +185,7 @@ impl Sequence {
     pub fn read(&self, named: &FrameRecord) -> Result<Frame, SequenceError> {
         let path = self.path(named);
         let bytes = read_inside(&self.folder, &named.file, self.largest_file()).map_err(|error| {
-            if error.is_missing() { SequenceError::MissingFrame { path: path.clone() } } else { error.into() }
+            if error.is_missing() { SequenceError::MissingFrame(path.clone()) } else { error.into() }
         })?;
         if blake3::hash(&bytes).to_hex().as_str() != named.blake3 {
             return Err(match self.is_as_described(named, &bytes) {
@@ -192,7 +196,7 @@ impl Sequence {
                         named.file
                     ),
                 },
-                false => SequenceError::HashMismatch { path },
+                false => SequenceError::HashMismatch(path),
             });
         }
         // From here on the file is the one that was written, so a contradiction is one of the records.

@@ -4,6 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::clock::{new_uid, now};
+use epirig_core::choice::Choice as _;
+
 /// Version of the records that this program writes and reads.
 pub const FORMAT_VERSION: u32 = 4;
 
@@ -80,6 +83,11 @@ impl Origin {
             // The rig's lens is not that of rectified frames.
             Self::Rectified { .. } => None,
         }
+    }
+
+    /// Bits of the frames before they were rectified, if they were.
+    pub fn original_bit_depth(&self) -> Option<u8> {
+        if let Self::Rectified { original_bit_depth, .. } = self { Some(*original_bit_depth) } else { None }
     }
 
     /// The limits that a scan was begun with, if they were recorded.
@@ -228,6 +236,25 @@ pub struct SequenceRecord {
     pub intrinsics: Option<Intrinsics>,
 }
 
+impl SequenceRecord {
+    /// The record of so many frames of `rows` x `columns`, made now; positions and lens are not known.
+    pub fn new(origin: Origin, (rows, columns): (usize, usize), bit_depth: u8, frames: usize) -> Self {
+        Self {
+            format: FORMAT_VERSION,
+            uid: new_uid(),
+            program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+            created: now(),
+            origin,
+            rows,
+            columns,
+            bit_depth,
+            frames,
+            positions_mm: None,
+            intrinsics: None,
+        }
+    }
+}
+
 /// One frame in the journal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrameRecord {
@@ -271,17 +298,18 @@ pub struct FrameRecord {
     pub taken: Option<String>,
 }
 
-/// The subject of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum FrameKind {
-    /// The object, at a position of the plan.
-    Scan,
-    /// No light.
-    Dark,
-    /// A uniform target.
-    Flat,
-    /// A chess-board that is held before the camera, in another pose in each frame.
-    Board,
+epirig_core::choices! {
+    /// The subject of a frame; its name is that of the folder of such frames in a sequence.
+    pub enum FrameKind {
+        /// The object, at a position of the plan.
+        Scan = "frames",
+        /// No light.
+        Dark = "dark",
+        /// A uniform target.
+        Flat = "flat",
+        /// A chess-board that is held before the camera, in another pose in each frame.
+        Board = "board",
+    }
 }
 
 impl FrameKind {
@@ -289,18 +317,13 @@ impl FrameKind {
     pub const CALIBRATION: [Self; 3] = [Self::Dark, Self::Flat, Self::Board];
 
     /// The folder of such frames in a sequence.
-    pub const fn folder(self) -> &'static str {
-        match self {
-            Self::Scan => "frames",
-            Self::Dark => "dark",
-            Self::Flat => "flat",
-            Self::Board => "board",
-        }
+    pub fn folder(self) -> &'static str {
+        self.name()
     }
 
     /// The file of frame `index` in a sequence.
     pub fn file(self, index: usize) -> String {
-        format!("{}/{index:04}.png", self.folder())
+        format!("{self}/{index:04}.png")
     }
 }
 
@@ -381,29 +404,17 @@ impl Event {
     }
 }
 
-/// How a sequence ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ExitStatus {
-    /// All planned frames are there.
-    Complete,
-    /// A person stopped it.
-    Aborted,
-    /// Something went wrong.
-    Failed,
-    /// The position was lost during the scan, unnoticed: frames may not stand where their positions say.
-    NotClosed,
-}
-
-impl ExitStatus {
-    /// The name in `stop.json`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Complete => "complete",
-            Self::Aborted => "aborted",
-            Self::Failed => "failed",
-            Self::NotClosed => "not-closed",
-        }
+epirig_core::choices! {
+    /// How a sequence ended.
+    pub enum ExitStatus {
+        /// All planned frames are there.
+        Complete = "complete",
+        /// A person stopped it.
+        Aborted = "aborted",
+        /// Something went wrong.
+        Failed = "failed",
+        /// The position was lost during the scan, unnoticed: frames may not stand where their positions say.
+        NotClosed = "not-closed",
     }
 }
 

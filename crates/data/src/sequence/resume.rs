@@ -11,6 +11,7 @@ use super::reader::{JOURNAL, LARGEST_JOURNAL, STOP, Sequence, event};
 use super::record::{Event, FrameKind};
 use super::writer::SequenceWriter;
 use crate::storage::{Disk, HeldFolder, is_in_the_making, read_file};
+use epirig_core::choice::names;
 
 impl SequenceWriter {
     /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files
@@ -23,8 +24,7 @@ impl SequenceWriter {
         let journal = lock(folder)?;
         let sequence = Sequence::open(folder)?;
         let journal_bytes = mend_journal(&mut *disk, &folder.join(JOURNAL))?;
-        let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
-        for place in std::iter::once("").chain(kinds.map(FrameKind::folder)) {
+        for place in std::iter::once("").chain(names::<FrameKind>()) {
             let place = folder.join(place);
             remove_unfinished(&mut *disk, &place).map_err(SequenceError::io("tidy up", &place))?;
         }
@@ -57,7 +57,7 @@ fn mend_journal(disk: &mut dyn Disk, path: &Path) -> Result<u64, SequenceError> 
             disk.sync(path)?;
             return Ok(bytes.len() as u64 + 1);
         }
-        disk.cut(path, whole as u64)?;
+        disk.cut(path, &(whole as u64))?;
         disk.sync(path)?;
         Ok(whole as u64)
     };

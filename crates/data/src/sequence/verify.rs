@@ -10,6 +10,7 @@ use super::reader::STOP;
 use super::record::{ExitStatus, FrameKind, FrameRecord, Origin};
 use super::{Sequence, SequenceError};
 use crate::storage::is_of_the_system;
+use epirig_core::choice::names;
 use epirig_core::progress::Progress;
 
 /// The outcome of a check.
@@ -94,8 +95,7 @@ fn stray_files(sequence: &Sequence, others: &[FrameRecord]) -> Result<Vec<Findin
     let mut findings = Vec::new();
     let named: BTreeSet<_> =
         sequence.frames().iter().chain(others).map(|frame| sequence.path(frame)).collect();
-    let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
-    for name in kinds.map(FrameKind::folder) {
+    for name in names::<FrameKind>() {
         let folder = sequence.folder().join(name);
         let entries = match std::fs::read_dir(&folder) {
             // Calibration frames are optional.

@@ -17,6 +17,7 @@ use super::record::{
     FrameRecord, Origin, SequenceRecord, StopRecord, TimesRecord,
 };
 use crate::storage::{Disk, HeldFolder, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
+use epirig_core::choice::Choice as _;
 use epirig_core::frame::Frame;
 
 /// What to do where frames are missing.
@@ -272,7 +273,7 @@ impl SequenceWriter {
     /// Takes away what a line that failed has left: it would spoil the next one.
     fn cut_torn(&mut self) -> std::io::Result<()> {
         if self.torn_bytes > 0 {
-            self.disk.cut(&self.folder.path().join(JOURNAL), self.journal_bytes)?;
+            self.disk.cut(&self.folder.path().join(JOURNAL), &self.journal_bytes)?;
             self.torn_bytes = 0;
         }
         Ok(())
@@ -319,17 +320,17 @@ impl SequenceWriter {
 /// [`SequenceError::NoName`] for a path that ends in none.
 pub fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     if folder.file_name().is_none() {
-        return Err(SequenceError::NoName { path: folder.to_owned() });
+        return Err(SequenceError::NoName(folder.to_owned()));
     }
     // A link cannot change places with a folder, wherever it leads.
     let free = || match fs::symlink_metadata(folder).is_ok_and(|found| found.is_symlink()) {
-        true => Err(SequenceError::Link { path: folder.to_owned() }),
+        true => Err(SequenceError::Link(folder.to_owned())),
         false => Ok(()),
     };
     match fs::read_dir(folder) {
         Ok(mut entries) => match entries.next() {
-            Some(_) if is_unfinished(folder) => Err(SequenceError::Unfinished { path: folder.to_owned() }),
-            Some(_) => Err(SequenceError::Exists { path: folder.to_owned() }),
+            Some(_) if is_unfinished(folder) => Err(SequenceError::Unfinished(folder.to_owned())),
+            Some(_) => Err(SequenceError::Exists(folder.to_owned())),
             None => free(),
         },
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => free(),

@@ -10,78 +10,58 @@ use thiserror::Error;
 use super::scratch::parent;
 use super::{Scratch, Step};
 
-/// A disk, as the steps of which all writing consists.
-///
-/// A step is as small as the operating system makes it. So ending the program between two of them, or letting
-/// one fail, tries every state that can occur. An interruption waits for the step under way, see [`Step`].
-pub trait Disk: Send {
+/// Declares the steps once: as values, and as methods by which they are done.
+macro_rules! steps {
+    ($($(#[doc = $what:literal])+ $method:ident $step:ident($($argument:ident: $type:ty),+);)+) => {
+        /// A step of a disk: as small as the operating system makes it.
+        #[derive(Debug, Clone, Copy)]
+        pub enum DiskStep<'a> {
+            $($(#[doc = $what])+ $step($(&'a $type),+),)+
+        }
+
+        /// A disk, as the steps of which all writing consists.
+        ///
+        /// So ending the program between two of them, or letting one fail, tries every state that can occur. An
+        /// interruption waits for the step under way, see [`Step`].
+        ///
+        /// # Errors
+        /// All methods: what the operating system says.
+        pub trait Disk: Send {
+            /// Does a step.
+            fn act(&mut self, step: DiskStep<'_>) -> io::Result<()>;
+
+            $($(#[doc = $what])+ fn $method(&mut self, $($argument: &$type),+) -> io::Result<()> {
+                self.act(DiskStep::$step($($argument),+))
+            })+
+        }
+    };
+}
+
+steps! {
     /// Makes a folder.
-    ///
-    /// # Errors
-    /// What the operating system says, as in all methods.
-    fn make_folder(&mut self, path: &Path) -> io::Result<()>;
-
+    make_folder MakeFolder(path: Path);
     /// Makes a file of these bytes, in place of one that is there.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder).
-    fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()>;
-
+    write Write(path: Path, bytes: [u8]);
     /// Adds bytes to the end of a file that is there.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder).
-    fn append(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()>;
-
+    append Append(path: Path, bytes: [u8]);
     /// Returns when a file, or the names in a folder, would survive a loss of power.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder).
-    fn sync(&mut self, path: &Path) -> io::Result<()>;
-
+    sync Sync(path: Path);
     /// Gives a file or folder another name, in place of a file or an empty folder that has it.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder).
-    fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()>;
-
-    /// Gives a file another name, if the name is free.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder); of kind `AlreadyExists` if the name is taken. Where the system has no
+    rename Rename(from: Path, to: Path);
+    /// Gives a file another name; an error of kind `AlreadyExists` if the name is taken. Where the system has no
     /// such step, the name is looked at before, and what gets it in between is replaced.
-    fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()>;
-
-    /// Exchanges two names, whatever they name, in one step.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder); of kind `Unsupported` or `InvalidInput` where the file system
-    /// knows no such step.
-    fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()>;
-
+    rename_new RenameNew(from: Path, to: Path);
+    /// Exchanges two names, whatever they name, in one step; an error of kind `Unsupported` or `InvalidInput`
+    /// where the file system knows no such step.
+    exchange Exchange(one: Path, other: Path);
     /// Gives a file a second name; of a link, the file that it leads to.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder).
-    fn link(&mut self, file: &Path, name: &Path) -> io::Result<()>;
-
-    /// Cuts a file to its first `bytes` bytes.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder).
-    fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()>;
-
+    link Link(file: Path, name: Path);
+    /// Cuts a file to so many bytes from its start.
+    cut Cut(path: Path, bytes: u64);
     /// Removes a file.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder).
-    fn remove(&mut self, path: &Path) -> io::Result<()>;
-
+    remove Remove(path: Path);
     /// Removes a folder with all that it holds.
-    ///
-    /// # Errors
-    /// See [`make_folder`](Self::make_folder).
-    fn remove_folder(&mut self, path: &Path) -> io::Result<()>;
+    remove_folder RemoveFolder(path: Path);
 }
 
 /// The disk as it is.
@@ -89,71 +69,39 @@ pub trait Disk: Send {
 pub struct RealDisk;
 
 impl Disk for RealDisk {
-    fn make_folder(&mut self, path: &Path) -> io::Result<()> {
+    fn act(&mut self, step: DiskStep<'_>) -> io::Result<()> {
+        use io::ErrorKind::{AlreadyExists, InvalidInput, NotFound, Unsupported};
         let _step = Step::begin();
-        fs::create_dir(path)
-    }
-
-    fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        let _step = Step::begin();
-        // A link that lies there may lead anywhere: it is replaced, not followed.
-        match fs::remove_file(path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
-        OpenOptions::new().write(true).create_new(true).open(path)?.write_all(bytes)
-    }
-
-    fn append(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        let _step = Step::begin();
-        not_following(OpenOptions::new().append(true)).open(path)?.write_all(bytes)
-    }
-
-    fn sync(&mut self, path: &Path) -> io::Result<()> {
-        let _step = Step::begin();
-        File::open(path)?.sync_all()
-    }
-
-    fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-        let _step = Step::begin();
-        fs::rename(from, to)
-    }
-
-    fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-        use io::ErrorKind::{AlreadyExists, InvalidInput, Unsupported};
-        let _step = Step::begin();
-        match rename_if_free(from, to) {
-            Err(error) if matches!(error.kind(), Unsupported | InvalidInput) => match is_there(to)? {
-                true => Err(AlreadyExists.into()),
-                false => fs::rename(from, to),
+        match step {
+            DiskStep::MakeFolder(path) => fs::create_dir(path),
+            DiskStep::Write(path, bytes) => {
+                // A link that lies there may lead anywhere: it is replaced, not followed.
+                match fs::remove_file(path) {
+                    Err(error) if error.kind() != NotFound => return Err(error),
+                    _ => {}
+                }
+                OpenOptions::new().write(true).create_new(true).open(path)?.write_all(bytes)
+            }
+            DiskStep::Append(path, bytes) => {
+                not_following(OpenOptions::new().append(true)).open(path)?.write_all(bytes)
+            }
+            DiskStep::Sync(path) => File::open(path)?.sync_all(),
+            DiskStep::Rename(from, to) => fs::rename(from, to),
+            DiskStep::RenameNew(from, to) => match rename_in_one(from, to, false) {
+                Err(error) if matches!(error.kind(), Unsupported | InvalidInput) => match is_there(to)? {
+                    true => Err(AlreadyExists.into()),
+                    false => fs::rename(from, to),
+                },
+                renamed => renamed,
             },
-            renamed => renamed,
+            DiskStep::Exchange(one, other) => rename_in_one(one, other, true),
+            DiskStep::Link(file, name) => fs::hard_link(fs::canonicalize(file)?, name),
+            DiskStep::Cut(path, &bytes) => {
+                not_following(OpenOptions::new().write(true)).open(path)?.set_len(bytes)
+            }
+            DiskStep::Remove(path) => fs::remove_file(path),
+            DiskStep::RemoveFolder(path) => fs::remove_dir_all(path),
         }
-    }
-
-    fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
-        let _step = Step::begin();
-        exchange(one, other)
-    }
-
-    fn link(&mut self, file: &Path, name: &Path) -> io::Result<()> {
-        let _step = Step::begin();
-        fs::hard_link(fs::canonicalize(file)?, name)
-    }
-
-    fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {
-        let _step = Step::begin();
-        not_following(OpenOptions::new().write(true)).open(path)?.set_len(bytes)
-    }
-
-    fn remove(&mut self, path: &Path) -> io::Result<()> {
-        let _step = Step::begin();
-        fs::remove_file(path)
-    }
-
-    fn remove_folder(&mut self, path: &Path) -> io::Result<()> {
-        let _step = Step::begin();
-        fs::remove_dir_all(path)
     }
 }
 
@@ -189,25 +137,16 @@ pub fn is_there(path: &Path) -> io::Result<bool> {
     }
 }
 
+/// Renames to a free name or, to `exchange` them, to one that is taken; in one step.
 #[cfg(target_os = "linux")]
-fn exchange(one: &Path, other: &Path) -> io::Result<()> {
+fn rename_in_one(from: &Path, to: &Path, exchange: bool) -> io::Result<()> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
-    Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
+    let flags = if exchange { RenameFlags::EXCHANGE } else { RenameFlags::NOREPLACE };
+    Ok(renameat_with(CWD, from, CWD, to, flags)?)
 }
 
 #[cfg(not(target_os = "linux"))]
-fn exchange(_: &Path, _: &Path) -> io::Result<()> {
-    Err(io::ErrorKind::Unsupported.into())
-}
-
-#[cfg(target_os = "linux")]
-fn rename_if_free(from: &Path, to: &Path) -> io::Result<()> {
-    use rustix::fs::{CWD, RenameFlags, renameat_with};
-    Ok(renameat_with(CWD, from, CWD, to, RenameFlags::NOREPLACE)?)
-}
-
-#[cfg(not(target_os = "linux"))]
-fn rename_if_free(_: &Path, _: &Path) -> io::Result<()> {
+fn rename_in_one(_: &Path, _: &Path, _: bool) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
@@ -234,7 +173,7 @@ pub(super) fn sync_name(disk: &mut dyn Disk, path: &Path) -> io::Result<()> {
 /// place](is_in_place).
 pub fn write_whole(disk: &mut dyn Disk, path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _step = Step::begin();
-    let temporary = temporary(path);
+    let temporary = hidden(path, IN_THE_MAKING);
     let written = disk
         .write(&temporary, bytes)
         .and_then(|()| disk.sync(&temporary))
@@ -287,10 +226,11 @@ pub fn is_of_the_system(name: &OsStr) -> bool {
     [".DS_Store", ".directory", "Thumbs.db", "desktop.ini"].contains(&&*name) || name.starts_with("._")
 }
 
-fn temporary(path: &Path) -> PathBuf {
+/// A hidden name beside `path`, with this ending.
+pub(super) fn hidden(path: &Path, ending: &str) -> PathBuf {
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
-    name.push(IN_THE_MAKING);
+    name.push(ending);
     path.with_file_name(name)
 }
 

@@ -1,9 +1,8 @@
 //! A disk that fails on purpose, for tests.
 
 use std::io;
-use std::path::Path;
 
-use super::{Disk, RealDisk};
+use super::{Disk, DiskStep, RealDisk};
 
 /// How a disk fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,94 +55,32 @@ impl FaultyDisk {
     pub fn without_links(self) -> Self {
         Self { links: false, ..self }
     }
-
-    /// Whether this step still works.
-    fn works(&mut self) -> bool {
-        let works = self.steps > 0;
-        self.steps = self.steps.saturating_sub(1);
-        works
-    }
-
-    /// A step that writes `bytes` by `write`.
-    fn writing(
-        &mut self,
-        bytes: &[u8],
-        write: impl FnOnce(&mut RealDisk, &[u8]) -> io::Result<()>,
-    ) -> io::Result<()> {
-        if self.works() {
-            return write(&mut RealDisk, bytes);
-        }
-        let died_before = self.dead;
-        self.dead = self.fault == DiskFault::Killed;
-        if died_before {
-            return Err(killed());
-        }
-        write(&mut RealDisk, &bytes[..bytes.len() / 2])?;
-        Err(if self.dead { killed() } else { io::ErrorKind::StorageFull.into() })
-    }
-
-    /// A step that needs no room.
-    fn step(&mut self, act: impl FnOnce(&mut RealDisk) -> io::Result<()>) -> io::Result<()> {
-        if self.works() || self.fault == DiskFault::Full {
-            return act(&mut RealDisk);
-        }
-        self.dead = true;
-        Err(killed())
-    }
-}
-
-fn killed() -> io::Error {
-    io::Error::other("the program was killed (a simulated fault)")
 }
 
 impl Disk for FaultyDisk {
-    fn make_folder(&mut self, path: &Path) -> io::Result<()> {
-        self.step(|disk| disk.make_folder(path))
-    }
-
-    fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        self.writing(bytes, |disk, bytes| disk.write(path, bytes))
-    }
-
-    fn append(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        self.writing(bytes, |disk, bytes| disk.append(path, bytes))
-    }
-
-    fn sync(&mut self, path: &Path) -> io::Result<()> {
-        self.step(|disk| disk.sync(path))
-    }
-
-    fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-        self.step(|disk| disk.rename(from, to))
-    }
-
-    fn rename_new(&mut self, from: &Path, to: &Path) -> io::Result<()> {
-        self.step(|disk| disk.rename_new(from, to))
-    }
-
-    fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
-        if !self.exchanges {
-            return Err(io::ErrorKind::Unsupported.into());
+    fn act(&mut self, step: DiskStep<'_>) -> io::Result<()> {
+        match step {
+            DiskStep::Exchange(..) if !self.exchanges => return Err(io::ErrorKind::Unsupported.into()),
+            DiskStep::Link(..) if !self.links => return Err(io::ErrorKind::PermissionDenied.into()),
+            _ => {}
         }
-        self.step(|disk| disk.exchange(one, other))
-    }
-
-    fn link(&mut self, file: &Path, name: &Path) -> io::Result<()> {
-        if !self.links {
-            return Err(io::ErrorKind::PermissionDenied.into());
+        let works = self.steps > 0;
+        self.steps = self.steps.saturating_sub(1);
+        if works {
+            return RealDisk.act(step);
         }
-        self.step(|disk| disk.link(file, name))
-    }
-
-    fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {
-        self.step(|disk| disk.cut(path, bytes))
-    }
-
-    fn remove(&mut self, path: &Path) -> io::Result<()> {
-        self.step(|disk| disk.remove(path))
-    }
-
-    fn remove_folder(&mut self, path: &Path) -> io::Result<()> {
-        self.step(|disk| disk.remove_folder(path))
+        let died_before = std::mem::replace(&mut self.dead, self.fault == DiskFault::Killed);
+        match step {
+            DiskStep::Write(..) | DiskStep::Append(..) if died_before => {}
+            DiskStep::Write(path, bytes) => RealDisk.write(path, &bytes[..bytes.len() / 2])?,
+            DiskStep::Append(path, bytes) => RealDisk.append(path, &bytes[..bytes.len() / 2])?,
+            _ if self.dead => {}
+            // It needs no room.
+            _ => return RealDisk.act(step),
+        }
+        Err(match self.dead {
+            true => io::Error::other("the program was killed (a simulated fault)"),
+            false => io::ErrorKind::StorageFull.into(),
+        })
     }
 }

@@ -2,11 +2,9 @@
 
 use std::path::Path;
 
-use super::ReadError;
 #[cfg(target_os = "linux")]
 use super::read::{WITHOUT_WAITING, read_open};
-#[cfg(not(target_os = "linux"))]
-use super::read_file;
+use super::{ReadError, read_file};
 
 /// Reads the file `name` in `folder`, of at most `limit` bytes. Absolute names, `..` and links that lead out
 /// of the folder are refused, as is anything but a regular file.
@@ -16,7 +14,7 @@ use super::read_file;
 pub fn read_inside(folder: &Path, name: &str, limit: u64) -> Result<Vec<u8>, ReadError> {
     #[cfg(target_os = "linux")]
     {
-        use rustix::fs::{CWD, Mode, OFlags, ResolveFlags, open, openat2};
+        use rustix::fs::{Mode, OFlags, ResolveFlags, open, openat2};
         use rustix::io::Errno;
 
         let path = folder.join(name);
@@ -25,22 +23,15 @@ pub fn read_inside(folder: &Path, name: &str, limit: u64) -> Result<Vec<u8>, Rea
             open(folder, OFlags::PATH | OFlags::DIRECTORY | OFlags::CLOEXEC, Mode::empty()).map_err(io)?;
         let within = ResolveFlags::BENEATH | ResolveFlags::NO_MAGICLINKS;
         match openat2(&root, name, OFlags::RDONLY | WITHOUT_WAITING, Mode::empty(), within) {
-            Ok(file) => read_open(file.into(), &path, limit),
-            Err(Errno::XDEV) => Err(outside(folder, name)),
+            Ok(file) => return read_open(file.into(), &path, limit),
+            Err(Errno::XDEV) => return Err(outside(folder, name)),
             // Kernels before 5.6, and some sandboxes.
-            Err(Errno::NOSYS | Errno::PERM) => {
-                check(folder, name)?;
-                let file = rustix::fs::openat(CWD, &path, OFlags::RDONLY | WITHOUT_WAITING, Mode::empty());
-                read_open(file.map_err(io)?.into(), &path, limit)
-            }
-            Err(error) => Err(io(error)),
+            Err(Errno::NOSYS | Errno::PERM) => {}
+            Err(error) => return Err(io(error)),
         }
     }
-    #[cfg(not(target_os = "linux"))]
-    {
-        check(folder, name)?;
-        read_file(&folder.join(name), limit)
-    }
+    check(folder, name)?;
+    read_file(&folder.join(name), limit)
 }
 
 fn outside(folder: &Path, name: &str) -> ReadError {

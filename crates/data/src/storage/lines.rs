@@ -1,8 +1,13 @@
 //! Files of lines that grow at their end: logs.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
+#[cfg(unix)]
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
+
+#[cfg(unix)]
+use rustix::fs::OFlags;
 
 #[cfg(unix)]
 use super::read::WITHOUT_WAITING;
@@ -17,7 +22,11 @@ const LONGEST_LINE: u64 = 1 << 16;
 /// # Errors
 /// What the operating system says, or that it is no regular file.
 pub fn open_lines(path: &Path) -> io::Result<File> {
-    let mut file = options().open(path)?;
+    let mut options = File::options();
+    options.read(true).append(true).create(true);
+    #[cfg(unix)]
+    OpenOptionsExt::custom_flags(&mut options, (WITHOUT_WAITING | OFlags::NOFOLLOW).bits() as i32);
+    let mut file = options.open(path)?;
     let metadata = file.metadata()?;
     if !metadata.is_file() {
         return Err(io::Error::other(format!("it is {}, not a file", kind(metadata.file_type()))));
@@ -31,23 +40,6 @@ pub fn open_lines(path: &Path) -> io::Result<File> {
         file.set_len(from + whole as u64)?;
     }
     Ok(file)
-}
-
-#[cfg(unix)]
-fn options() -> OpenOptions {
-    use std::os::unix::fs::OpenOptionsExt;
-
-    let flags = WITHOUT_WAITING | rustix::fs::OFlags::NOFOLLOW;
-    let mut options = File::options();
-    options.read(true).append(true).create(true).custom_flags(flags.bits() as i32);
-    options
-}
-
-#[cfg(not(unix))]
-fn options() -> OpenOptions {
-    let mut options = File::options();
-    options.read(true).append(true).create(true);
-    options
 }
 
 #[cfg(test)]

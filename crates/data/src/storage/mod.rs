@@ -14,7 +14,6 @@ mod faulty;
 mod free;
 mod held;
 mod inside;
-mod interruption;
 mod lines;
 mod read;
 mod record;
@@ -24,20 +23,19 @@ mod scratch_file;
 mod step;
 
 pub use disk::{
-    Disk, RealDisk, is_in_place, is_in_the_making, is_of_the_system, is_own_folder, is_there, write_new,
-    write_whole,
+    Disk, DiskStep, RealDisk, is_in_place, is_in_the_making, is_of_the_system, is_own_folder, is_there,
+    write_new, write_whole,
 };
 pub use faulty::{DiskFault, FaultyDisk};
 pub use free::free_bytes;
 pub use held::{HeldFolder, if_there, is_same};
 pub use inside::read_inside;
-pub use interruption::abandon;
 pub use lines::open_lines;
 pub use read::{ReadError, kind, open_file, read_file, read_named, read_text};
 pub use record::{
-    LARGEST_RECORD, RecordError, RecordFault, parse_record, read_record, read_record_of_kinds, record_in,
+    LARGEST_RECORD, RecordError, RecordFault, parse_record, read_record, record_in, record_of_kinds,
 };
 pub use replace::{put_in_place, recover};
 pub use scratch::{Scratch, is_scratch, is_writing, parent};
 pub use scratch_file::ScratchFile;
-pub use step::Step;
+pub use step::{Step, abandon};

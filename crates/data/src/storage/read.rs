@@ -147,15 +147,12 @@ pub(super) fn text(bytes: Vec<u8>, path: &Path) -> Result<String, ReadError> {
 }
 
 /// Opens without waiting for the other end of a pipe.
-#[cfg(unix)]
 fn open(path: &Path) -> io::Result<File> {
-    use std::os::unix::fs::OpenOptionsExt;
-    File::options().read(true).custom_flags(WITHOUT_WAITING.bits() as i32).open(path)
-}
-
-#[cfg(not(unix))]
-fn open(path: &Path) -> io::Result<File> {
-    File::open(path)
+    let mut options = File::options();
+    options.read(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, WITHOUT_WAITING.bits() as i32);
+    options.open(path)
 }
 
 /// How files are opened that may turn out to be something else.

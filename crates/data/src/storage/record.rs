@@ -39,7 +39,8 @@ pub enum RecordError {
 }
 
 /// A fault in the text of a record, and its place.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{key}{}{reason}", if key.is_empty() { "" } else { ": " })]
 pub struct RecordFault {
     /// Line, from 1; 0 if it is not known.
     pub line: usize,
@@ -47,17 +48,6 @@ pub struct RecordFault {
     pub key: String,
     /// What is wrong.
     pub reason: String,
-}
-
-impl std::error::Error for RecordFault {}
-
-impl std::fmt::Display for RecordFault {
-    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.key.as_str() {
-            "" => write!(to, "{}", self.reason),
-            key => write!(to, "{key}: {}", self.reason),
-        }
-    }
 }
 
 /// The record that a text is.
@@ -117,7 +107,7 @@ fn in_words(said: &str) -> String {
 /// # Errors
 /// [`RecordError`].
 pub fn read_record<T: DeserializeOwned>(path: &Path, version: u32) -> Result<T, RecordError> {
-    read_record_of_kinds::<T, serde::de::IgnoredAny>(path, version)
+    record_in(path, read_file(path, LARGEST_RECORD)?, version)
 }
 
 /// The record in `bytes`, which were read from `path`.
@@ -133,14 +123,7 @@ pub fn record_in<T: DeserializeOwned>(path: &Path, bytes: Vec<u8>, version: u32)
 ///
 /// # Errors
 /// [`RecordError`].
-pub fn read_record_of_kinds<T: DeserializeOwned, Keys: DeserializeOwned>(
-    path: &Path,
-    version: u32,
-) -> Result<T, RecordError> {
-    record_of_kinds::<T, Keys>(path, read_file(path, LARGEST_RECORD)?, version)
-}
-
-fn record_of_kinds<T: DeserializeOwned, Keys: DeserializeOwned>(
+pub fn record_of_kinds<T: DeserializeOwned, Keys: DeserializeOwned>(
     path: &Path,
     bytes: Vec<u8>,
     version: u32,

@@ -1,11 +1,10 @@
 //! Replacing one folder by another, so that at any moment one of the two is there.
 
-use std::ffi::OsString;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::disk::sync_name;
+use super::disk::{hidden, sync_name};
 use super::scratch::is_written_beside;
 use super::{Disk, Step, is_there};
 
@@ -64,10 +63,7 @@ pub fn recover(disk: &mut dyn Disk, target: &Path) -> io::Result<()> {
 
 /// The name under which the former `target` is set aside.
 fn former(target: &Path) -> PathBuf {
-    let mut name = OsString::from(".");
-    name.push(target.file_name().unwrap_or_default());
-    name.push(".former");
-    target.with_file_name(name)
+    hidden(target, ".former")
 }
 
 /// Whether anything but an empty folder is there.

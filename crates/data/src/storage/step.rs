@@ -1,9 +1,11 @@
-//! Steps of the disk, which no interruption cuts.
+//! Steps of the disk, which no interruption cuts: the end of the program by a signal waits for them.
 
 use std::cell::Cell;
 use std::marker::PhantomData;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+
+use super::Scratch;
 
 /// Whether steps may begin, and how many threads are in one.
 struct State {
@@ -53,14 +55,21 @@ impl Drop for Step {
     }
 }
 
-/// Lets no further step begin, and waits for those under way. `false`: some were still under way after
-/// `patience`.
-pub(super) fn close(patience: Duration) -> bool {
+/// For a program that ends now: lets no further step begin, waits for those under way, and removes all
+/// scratch folders. Other threads that want to write wait from now on.
+///
+/// `false`: after `patience` the disk had not answered, and everything was left as it is.
+pub fn abandon(patience: Duration) -> bool {
     let mut state = state();
     state.closed = true;
     let waited = CHANGED.wait_timeout_while(state, patience, |state| state.steps > 0);
     let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
-    state.steps == 0
+    let quiet = state.steps == 0;
+    drop(state);
+    if quiet {
+        Scratch::remove_all();
+    }
+    quiet
 }
 
 fn state() -> MutexGuard<'static, State> {

@@ -6,9 +6,7 @@ use std::time::Duration;
 
 use crate::onlooking::Window;
 use epirig_core::frame::Frame;
-use epirig_data::sequence::{
-    ExitStatus, FORMAT_VERSION, FrameFacts, Origin, SequenceRecord, SequenceWriter, StopFacts,
-};
+use epirig_data::sequence::{ExitStatus, FrameFacts, Origin, SequenceRecord, SequenceWriter, StopFacts};
 use epirig_devices::camera::{Camera, CameraError, ReplayCamera};
 use epirig_simulator::{Simulator, SimulatorConfig};
 
@@ -17,26 +15,19 @@ fn write_sequence(folder: &Path) -> Vec<Frame> {
     let simulator = Simulator::new(SimulatorConfig::textured_plane(64, 48, 4)).unwrap();
     let positions_mm = simulator.config().scan.positions_mm();
     let frames: Vec<Frame> = positions_mm.iter().map(|at_mm| simulator.expose(*at_mm, 0)).collect();
+    let origin = Origin::Captured {
+        stage_settings: Default::default(),
+        stage: "simulator".to_owned(),
+        camera: "simulator".to_owned(),
+        configuration: None,
+        limits: None,
+        rig: None,
+        simulator: None,
+    };
+    let bit_depth = simulator.config().sensor.bit_depth;
     let record = SequenceRecord {
-        format: FORMAT_VERSION,
-        uid: epirig_data::sequence::new_uid(),
-        program: "test".to_owned(),
-        created: "2001-01-01T00:00:00Z".to_owned(),
-        origin: Origin::Captured {
-            stage_settings: Default::default(),
-            stage: "simulator".to_owned(),
-            camera: "simulator".to_owned(),
-            configuration: None,
-            limits: None,
-            rig: None,
-            simulator: None,
-        },
-        rows: 48,
-        columns: 64,
-        bit_depth: simulator.config().sensor.bit_depth,
-        frames: frames.len(),
         positions_mm: Some(positions_mm.clone()),
-        intrinsics: None,
+        ..SequenceRecord::new(origin, (48, 64), bit_depth, frames.len())
     };
     let mut writer = SequenceWriter::create(folder, &record).unwrap();
     for (frame, at_mm) in frames.iter().zip(positions_mm) {

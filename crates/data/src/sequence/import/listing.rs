@@ -28,22 +28,6 @@ pub struct Listing {
     pub(super) whole: Vec<PathBuf>,
 }
 
-impl Listing {
-    /// The folders that hold the images.
-    pub(super) fn folders(&self) -> BTreeSet<PathBuf> {
-        let parents = self.images.iter().map(|image| folder_of(image));
-        parents.chain(self.whole.iter().cloned()).collect()
-    }
-}
-
-/// The folder of a file; the current one for a bare name.
-fn folder_of(image: &Path) -> PathBuf {
-    match image.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
-        _ => PathBuf::from("."),
-    }
-}
-
 /// Lists the images in a folder. Links to files count as files.
 ///
 /// # Errors
@@ -73,7 +57,7 @@ pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
     }
     if images.is_empty() {
         refuse_foreign(foreign)?;
-        return Err(SequenceError::NoImages { path: folder.to_owned() });
+        return Err(SequenceError::NoImages(folder.to_owned()));
     }
     images.sort_by(|a, b| by_name(a, b));
     // Cameras write a frame as raw image and as JPEG: both would count.

@@ -14,14 +14,13 @@ use std::path::{Path, PathBuf};
 
 use jiff::civil::DateTime;
 
-use super::clock::{new_uid, now};
 use super::error::SequenceError;
 use super::pixels::{
     DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, foreign_format, header, time_taken, with_bit_depth,
 };
 use super::positions::read_positions;
 use super::reader::{MOST_FRAMES, START, describe};
-use super::record::{ExitStatus, FORMAT_VERSION, FrameKind, Origin, SequenceRecord};
+use super::record::{ExitStatus, FrameKind, Origin, SequenceRecord};
 use super::writer::{
     FrameFacts, SequenceWriter, StopFacts, publish, refuse_existing, scratch_beside, write_record,
 };
@@ -40,23 +39,16 @@ pub use selection::{Chosen, Span, choose, spans_of};
 /// Looks at the frames while they are imported.
 pub trait Inspector {
     /// The next frame of the sequence, the image that it is made of, and its position if that is given.
-    fn look(&mut self, image: &Chosen, frame: &Frame, position_mm: Option<f64>);
+    fn look(&mut self, _image: &Chosen, _frame: &Frame, _position_mm: Option<f64>) {}
 
     /// What was found in all of them, one sentence each.
-    fn findings(&mut self) -> Vec<String>;
-}
-
-/// Finds nothing.
-#[derive(Debug, Clone, Copy)]
-pub struct NoInspector;
-
-impl Inspector for NoInspector {
-    fn look(&mut self, _: &Chosen, _: &Frame, _: Option<f64>) {}
-
     fn findings(&mut self) -> Vec<String> {
         Vec::new()
     }
 }
+
+/// Finds nothing.
+impl Inspector for () {}
 
 /// The result of an import.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -116,12 +108,8 @@ pub fn import(
         numbering::refuse_other_images(folder, &listing.images)?;
     }
     refuse_existing(out)?;
-    for folder in listing.folders() {
-        // A folder of single files holds other things, too.
-        if listing.whole.contains(&folder) {
-            refuse_inside(out, &folder)?;
-        }
-    }
+    // A folder of single files holds other things, too.
+    listing.whole.iter().try_for_each(|folder| refuse_inside(out, folder))?;
     let mut calibration = Vec::new();
     for (kind, folder) in options.calibration() {
         refuse_inside(out, folder)?;
@@ -319,24 +307,17 @@ fn start_record(
         .calibration()
         .map(|(kind, folder)| (kind.folder().to_owned(), folder.display().to_string()))
         .collect();
+    let origin = Origin::Imported {
+        folder: place.display().to_string(),
+        conversions: Vec::new(),
+        findings: Vec::new(),
+        calibration_folders,
+        rig: options.rig.clone(),
+    };
     SequenceRecord {
-        format: FORMAT_VERSION,
-        uid: new_uid(),
-        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
-        created: now(),
-        origin: Origin::Imported {
-            folder: place.display().to_string(),
-            conversions: Vec::new(),
-            findings: Vec::new(),
-            calibration_folders,
-            rig: options.rig.clone(),
-        },
-        rows,
-        columns,
-        bit_depth: head.frame.bit_depth(),
-        frames,
         positions_mm,
         intrinsics: options.lens.map(|lens| lens.intrinsics(columns, rows)),
+        ..SequenceRecord::new(origin, (rows, columns), head.frame.bit_depth(), frames)
     }
 }
 

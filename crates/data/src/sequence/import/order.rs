@@ -7,6 +7,7 @@ use std::time::SystemTime;
 
 use super::super::error::SequenceError;
 use super::super::pixels::{LARGEST_IMAGE, time_taken};
+use super::listing::name;
 use crate::storage::read_file;
 
 epirig_core::choices! {
@@ -66,7 +67,6 @@ fn time_of(image: &Path) -> Result<SystemTime, SequenceError> {
 
 /// Natural order of the names; images of one name by their whole paths.
 pub(super) fn by_name(a: &Path, b: &Path) -> Ordering {
-    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     natural_order(&name(a), &name(b)).then_with(|| natural_order(&a.to_string_lossy(), &b.to_string_lossy()))
 }
 
