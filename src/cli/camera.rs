@@ -1,7 +1,6 @@
 //! `epirig camera get` and `epirig camera set`.
 
 use clap::{Args, Subcommand};
-use serde::Serialize;
 
 use super::rig::{CameraArgument, RigArgument};
 use super::{CliError, Talk};
@@ -53,38 +52,6 @@ enum What {
     },
 }
 
-#[derive(Serialize)]
-pub(super) struct ControlOutput {
-    name: String,
-    kind: &'static str,
-    value: Option<i64>,
-    minimum: i64,
-    maximum: i64,
-    step: u64,
-    default: i64,
-    read_only: bool,
-    inactive: bool,
-    /// Values of a menu and their names.
-    items: Vec<(i64, String)>,
-}
-
-impl From<&Control> for ControlOutput {
-    fn from(control: &Control) -> Self {
-        Self {
-            name: control.name.clone(),
-            kind: control.kind.name(),
-            value: control.value,
-            minimum: control.minimum,
-            maximum: control.maximum,
-            step: control.step,
-            default: control.default,
-            read_only: control.read_only,
-            inactive: control.inactive,
-            items: control.items.clone(),
-        }
-    }
-}
-
 impl CameraVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         match self.what {
@@ -94,8 +61,7 @@ impl CameraVerb {
                 if controls.is_empty() {
                     talk.say(&format!("{} has no controls", camera.identity()));
                 }
-                let output: Vec<ControlOutput> = controls.iter().map(ControlOutput::from).collect();
-                talk.result(&output, || controls.iter().map(|control| format!("{control}\n")).collect())
+                talk.result(&controls, || controls.iter().map(|control| format!("{control}\n")).collect())
             }
             What::Get { control: Some(name), rig, camera } => {
                 let mut camera = camera.open(&rig)?;
@@ -110,5 +76,5 @@ impl CameraVerb {
 }
 
 fn show(control: &Control, talk: &Talk) -> Result<(), CliError> {
-    talk.result(&ControlOutput::from(control), || format!("{control}\n"))
+    talk.result(control, || format!("{control}\n"))
 }

@@ -3,11 +3,10 @@
 use clap::Args;
 use serde::Serialize;
 
-use super::camera::ControlOutput;
 use super::{CliError, Talk};
 use epirig_devices::camera::pixels::PixelFormat;
 use epirig_devices::camera::{
-    CameraError, CameraIdentity, Interval, OfferedFormat, Sizes, cameras, open_camera,
+    CameraError, CameraIdentity, Control, Interval, OfferedFormat, Sizes, cameras, open_camera,
 };
 use epirig_devices::link::{LinkError, PortFacts, holder, ports};
 
@@ -75,7 +74,7 @@ struct CameraOutput {
     usb_serial_number: Option<String>,
     links: Vec<String>,
     formats: Vec<FormatOutput>,
-    controls: Vec<ControlOutput>,
+    controls: Vec<Control>,
     /// Why formats and controls are not known.
     trouble: Option<String>,
 }
@@ -182,7 +181,7 @@ fn look_at(identity: &CameraIdentity) -> (CameraOutput, String) {
         usb_serial_number: identity.serial_number.clone(),
         links: identity.links.clone(),
         formats: formats.iter().map(format_output).collect(),
-        controls: controls.iter().map(ControlOutput::from).collect(),
+        controls,
         trouble,
     };
     (output, text)

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::calibrate::CalibrateError;
 use crate::capture::CaptureError;
 use crate::memory::Bound;
 use crate::pipeline::PipelineError;
@@ -15,31 +14,19 @@ use epirig_calibration::rectification::RectifyError;
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::tau::TauError;
 use epirig_core::volume::VolumeError;
-use epirig_data::sequence::SequenceError;
 use epirig_data::storage::ReadError;
-use epirig_matcher::MatchError;
 use epirig_server::{Refusal, RefusalKind};
-use epirig_surface::SurfaceError;
 
 /// Errors of the panel.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PanelError {
-    /// The sequence cannot be read.
+    /// A sequence, its calibration or its results cannot be used.
     #[error(transparent)]
-    Sequence(#[from] SequenceError),
-    /// The results cannot be read, or do not fit the sequence.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
-    /// The calibration cannot be applied.
-    #[error(transparent)]
-    Calibrate(#[from] CalibrateError),
+    Pipeline(PipelineError),
     /// The system gives no threads.
     #[error("the system allows no more threads: {0}; end other programs, or raise the limit (ulimit -u)")]
     Threads(#[source] std::io::Error),
-    /// A map cannot be read.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
     /// The positions of the frames cannot be.
     #[error(transparent)]
     Positions(#[from] TauError),
@@ -52,12 +39,6 @@ pub enum PanelError {
     /// A file cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// Costs cannot be computed.
-    #[error(transparent)]
-    Match(#[from] MatchError),
-    /// The question about the surface has no answer.
-    #[error(transparent)]
-    Surface(#[from] SurfaceError),
     /// A picture is no mask for the results.
     #[error(transparent)]
     Mask(#[from] MaskError),
@@ -116,13 +97,8 @@ pub enum PanelError {
 impl Fault for PanelError {
     fn blame(&self) -> Blame {
         match self {
-            Self::Sequence(error) => error.blame(),
             Self::Pipeline(error) => error.blame(),
-            Self::Calibrate(error) => error.blame(),
-            Self::Results(error) => error.blame(),
             Self::Read(error) => error.blame(),
-            Self::Match(error) => error.blame(),
-            Self::Surface(error) => error.blame(),
             Self::Mask(error) => error.blame(),
             Self::Profile(error) => error.blame(),
             Self::RecordedRig(error) => error.blame(),
@@ -135,10 +111,19 @@ impl Fault for PanelError {
     }
 }
 
+impl<E: Into<PipelineError>> From<E> for PanelError {
+    fn from(error: E) -> Self {
+        Self::Pipeline(error.into())
+    }
+}
+
 impl From<PanelError> for Refusal {
     fn from(error: PanelError) -> Self {
         let kind = match &error {
-            PanelError::Read(gone) | PanelError::Results(ResultsError::Read(gone)) if gone.is_missing() => {
+            PanelError::Read(gone)
+            | PanelError::Pipeline(PipelineError::Results(ResultsError::Read(gone)))
+                if gone.is_missing() =>
+            {
                 RefusalKind::NotFound
             }
             PanelError::Reading { .. } | PanelError::Busy(_) => RefusalKind::Busy,
@@ -148,7 +133,6 @@ impl From<PanelError> for Refusal {
             | PanelError::Rig(_)
             | PanelError::Plan(_)
             | PanelError::Mask(_)
-            | PanelError::Surface(_)
             | PanelError::Pipeline(PipelineError::Surface(_)) => RefusalKind::Wrong,
             _ => RefusalKind::Failed,
         };

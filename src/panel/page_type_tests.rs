@@ -3,6 +3,7 @@
 
 use std::any::TypeId;
 use std::collections::BTreeMap;
+use std::marker::PhantomData;
 use std::path::Path;
 
 use ts_rs::{Config, TS, TypeVisitor};
@@ -10,21 +11,23 @@ use ts_rs::{Config, TS, TypeVisitor};
 use super::results::results_questions;
 use super::shared::{PictureHead, PictureWish};
 use super::table::QUESTIONS;
+use epirig_core::choice::Choice;
+use epirig_devices::camera;
 use epirig_surface as surface;
 
 /// The form in which the page has a record of a crate that does not know the page. The conversion does not compile
 /// when the record changes.
 macro_rules! mirrors {
-    ($($name:ident { $($(#[$as:meta])? $field:ident: $type:ty,)* })*) => {$(
+    ($($name:ident = $record:path { $($(#[$as:meta])? $field:ident: $type:ty,)* })*) => {$(
         #[derive(TS)]
         #[expect(dead_code, reason = "only its declaration is used")]
         pub(crate) struct $name {
             $($(#[$as])? $field: $type,)*
         }
 
-        impl From<surface::$name> for $name {
-            fn from(record: surface::$name) -> Self {
-                let surface::$name { $($field,)* } = record;
+        impl From<$record> for $name {
+            fn from(record: $record) -> Self {
+                let $record { $($field,)* } = record;
                 Self { $($field,)* }
             }
         }
@@ -32,7 +35,7 @@ macro_rules! mirrors {
 }
 
 mirrors! {
-    Roughness {
+    Roughness = surface::Roughness {
         sa_mm: f64,
         sq_mm: f64,
         sz_mm: f64,
@@ -42,14 +45,14 @@ mirrors! {
         sq_without_noise_mm: Option<f64>,
         pixels: usize,
     }
-    Depth {
+    Depth = surface::Depth {
         depth_mm: f64,
         sigma_mm: Option<f64>,
         degrees_of_freedom: Option<f64>,
         half_width_95_mm: Option<f64>,
         scale_sigma_mm: f64,
     }
-    Part {
+    Part = surface::Part {
         centre_x_px: f64,
         centre_y_px: f64,
         area_px: usize,
@@ -58,24 +61,64 @@ mirrors! {
         #[ts(as = "Depth")]
         depth: surface::Depth,
     }
-    Contribution {
+    Contribution = surface::Contribution {
         name: &'static str,
         #[ts(type = "'A' | 'B'")]
         evaluation: surface::Evaluation,
         sigma_mm: Option<f64>,
         share: Option<f64>,
     }
-    Combined {
+    Combined = surface::Combined {
         sigma_mm: f64,
         degrees_of_freedom: f64,
         coverage_factor: f64,
         half_width_95_mm: f64,
     }
-    Budget {
+    Budget = surface::Budget {
         #[ts(as = "Vec<Contribution>")]
         contributions: Vec<surface::Contribution>,
         #[ts(as = "Option<Combined>")]
         combined: Option<surface::Combined>,
+    }
+    LinePoint = surface::ProfilePoint {
+        x_px: f64,
+        y_px: f64,
+        distance_mm: f64,
+        #[ts(as = "Option<f64>")]
+        height_mm: f64,
+        #[ts(as = "Option<f64>")]
+        sigma_mm: f64,
+    }
+    Control = camera::Control {
+        #[ts(skip)]
+        id: u32,
+        name: String,
+        #[ts(as = "Names<camera::ControlKind>")]
+        kind: camera::ControlKind,
+        minimum: i64,
+        maximum: i64,
+        step: u64,
+        default: i64,
+        value: Option<i64>,
+        read_only: bool,
+        inactive: bool,
+        items: Vec<(i64, String)>,
+    }
+}
+
+/// The names of a choice, as the page has them.
+pub(crate) struct Names<C>(PhantomData<C>);
+
+impl<C: Choice> TS for Names<C> {
+    type WithoutGenerics = Self;
+    type OptionInnerType = Self;
+
+    fn name(_: &Config) -> String {
+        C::ALL.iter().map(|choice| format!("'{}'", choice.name())).collect::<Vec<_>>().join(" | ")
+    }
+
+    fn inline(settings: &Config) -> String {
+        Self::name(settings)
     }
 }
 

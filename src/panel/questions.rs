@@ -10,7 +10,7 @@ use ts_rs::TypeVisitor as _;
 #[cfg(test)]
 use super::page_type_tests::Declarations;
 use super::parameters::read;
-use epirig_server::{LARGEST_ORDER, Query, Refusal, RefusalKind, Reply};
+use epirig_server::{PostRules, Query, Refusal, RefusalKind, Reply};
 
 /// How a question comes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,9 +113,7 @@ pub(super) struct Question<S> {
     method: Method,
     /// Parts in braces are names of what stands there; one with a star takes all parts that are left.
     path: &'static str,
-    is_open: bool,
-    is_urgent: bool,
-    largest: usize,
+    rules: PostRules,
     handler: Box<Handler<S>>,
     /// Tells which types the page needs for it.
     #[cfg(test)]
@@ -131,9 +129,7 @@ impl<S: 'static> Question<S> {
         Self {
             method,
             path,
-            is_open: false,
-            is_urgent: false,
-            largest: LARGEST_ORDER,
+            rules: PostRules::default(),
             handler: Box::new(handler),
             #[cfg(test)]
             types: |_| {},
@@ -177,17 +173,17 @@ impl<S: 'static> Question<S> {
 
     /// Whoever may look may ask this, too.
     pub(super) fn open(self) -> Self {
-        Self { is_open: true, ..self }
+        Self { rules: PostRules { open_to_all: true, ..self.rules }, ..self }
     }
 
     /// It does not wait behind other work.
     pub(super) fn urgent(self) -> Self {
-        Self { is_urgent: true, ..self }
+        Self { rules: PostRules { urgent: true, ..self.rules }, ..self }
     }
 
     /// It may come with so many bytes.
     pub(super) fn up_to(self, largest: usize) -> Self {
-        Self { largest, ..self }
+        Self { rules: PostRules { largest, ..self.rules }, ..self }
     }
 
     /// The same question, asked of a `T` in which `find` finds the `S` that it is about.
@@ -199,9 +195,7 @@ impl<S: 'static> Question<S> {
         Question {
             method: self.method,
             path: self.path,
-            is_open: self.is_open,
-            is_urgent: self.is_urgent,
-            largest: self.largest,
+            rules: self.rules,
             handler: Box::new(move |site, asked| handler(&*find(site, asked)?, asked)),
             #[cfg(test)]
             types: self.types,
@@ -253,19 +247,9 @@ impl<S: 'static> Questions<S> {
         (row.handler)(site, asked)
     }
 
-    /// Whether whoever may look may also post here.
-    pub(super) fn is_open(&self, path: &[&str]) -> bool {
-        self.find(Method::Post, path).is_some_and(|row| row.is_open)
-    }
-
-    /// Whether what is posted here does not wait behind other work.
-    pub(super) fn is_urgent(&self, path: &[&str]) -> bool {
-        self.find(Method::Post, path).is_some_and(|row| row.is_urgent)
-    }
-
-    /// Bytes of the largest JSON that is read here.
-    pub(super) fn largest(&self, path: &[&str]) -> usize {
-        self.find(Method::Post, path).map_or(LARGEST_ORDER, |row| row.largest)
+    /// How what is posted here is taken.
+    pub(super) fn rules(&self, path: &[&str]) -> PostRules {
+        self.find(Method::Post, path).map_or_else(PostRules::default, |row| row.rules)
     }
 }
 
@@ -315,8 +299,9 @@ mod tests {
     #[test]
     fn a_row_says_who_may_ask_and_how_much() {
         let table = table();
-        assert!(table.is_open(&["stop"]) && table.is_urgent(&["stop"]));
-        assert!(!table.is_open(&["files", "a"]) && !table.is_urgent(&["go"]));
-        assert_eq!((table.largest(&["stop"]), table.largest(&["go"])), (7, LARGEST_ORDER));
+        let stop = PostRules { open_to_all: true, urgent: true, largest: 7 };
+        assert_eq!(table.rules(&["stop"]), stop);
+        assert_eq!(table.rules(&["files", "a"]), PostRules::default());
+        assert_eq!(table.rules(&["go"]), PostRules::default());
     }
 }

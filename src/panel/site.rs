@@ -72,8 +72,7 @@ impl Panel {
     /// # Errors
     /// [`PanelError::Threads`].
     pub fn open(options: PanelOptions) -> Result<(Self, PanelCloser), PanelError> {
-        let PanelOptions { draft, source, file, folder, hooks } = options;
-        let shared = Arc::new(SharedState::new(draft, source, file, folder, hooks));
+        let shared = Arc::new(SharedState::new(options));
         let threads = start(&shared).map_err(PanelError::Threads)?;
         Ok((
             Self { shared: Arc::clone(&shared), results: RwLock::default() },

@@ -15,7 +15,7 @@ use super::requests::{
     SavedValues, SequenceName, Signature, Switched, View,
 };
 use super::results::{About, results_questions};
-use super::rig::{Control, ProfileMistake, change_profile, controls, profile_form, save_profile};
+use super::rig::{Controls, ProfileMistake, change_profile, controls, profile_form, save_profile};
 use super::scan::{
     begin_measurement, folder_of, has_target, live_map, plan, sequences, shows_board, why_no_name,
 };
@@ -24,7 +24,7 @@ use super::site::Panel;
 use super::state::TaskKind;
 use epirig_data::sequence::Sequence;
 use epirig_devices::camera::SimView;
-use epirig_server::{Feed, Query, Refusal, RefusalKind, Reply, Site};
+use epirig_server::{Feed, PostRules, Query, Refusal, RefusalKind, Reply, Site};
 
 /// The table.
 pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
@@ -147,16 +147,8 @@ impl Site for Panel {
         }
     }
 
-    fn largest_body(&self, path: &[&str]) -> usize {
-        QUESTIONS.largest(path)
-    }
-
-    fn is_urgent(&self, path: &[&str]) -> bool {
-        QUESTIONS.is_urgent(path)
-    }
-
-    fn is_open_to_all(&self, path: &[&str]) -> bool {
-        QUESTIONS.is_open(path)
+    fn rules(&self, path: &[&str]) -> PostRules {
+        QUESTIONS.rules(path)
     }
 }
 
@@ -210,10 +202,7 @@ fn wait_for(answer: &Receiver<Result<(), String>>, forgotten: &str) -> Result<()
     }
 }
 
-fn set_control(
-    panel: &Panel,
-    ControlValue { name, value }: ControlValue,
-) -> Result<Json<Vec<Control>>, Refusal> {
+fn set_control(panel: &Panel, ControlValue { name, value }: ControlValue) -> Result<Json<Controls>, Refusal> {
     let (reply, answer) = OrderReply::new();
     if !panel.shared.order_if_idle(Order::SetControl { name, value, reply }) {
         return Err(Refusal::new(RefusalKind::Busy, "the rig is busy; controls can be set afterwards"));

@@ -12,7 +12,6 @@ mod points;
 mod rectified;
 mod reported;
 mod summary;
-mod volume_frame;
 
 use std::time::Instant;
 
@@ -49,7 +48,7 @@ pub use need::{
     rectification_need, surface_need,
 };
 pub use opened::{OpenedResults, open_results};
-pub use photograph::matched_frame;
+pub use photograph::{frame_in_dn, matched_frame};
 pub use points::surface_points;
 pub use rectified::rectify_sequence;
 pub use reported::{MeasuredSurface, inspect_surface};
@@ -78,11 +77,8 @@ pub enum PipelineError {
     #[error(transparent)]
     Mismatch(#[from] ResultsMismatch),
     /// The sequence has no such frame.
-    #[error("the sequence has no frame {index}; run `epirig verify` on it")]
-    NoSuchFrame {
-        /// Index of the frame.
-        index: usize,
-    },
+    #[error("the sequence has no frame {0}; run `epirig verify` on it")]
+    NoSuchFrame(usize),
     /// A picture cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -172,7 +168,7 @@ pub fn measure(
     let begun = Instant::now();
     let span = info_span!("matching").entered();
     let reference = options.reference_index(&volume)?;
-    let photograph = volume_frame::volume_frame(&volume, reference);
+    let photograph = photograph::volume_frame(&volume, reference);
     let matcher = Matcher::new(volume, options.clone())?;
     let matcher = match &inside {
         Some(inside) => matcher.within(inside)?,

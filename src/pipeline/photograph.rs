@@ -1,11 +1,12 @@
 //! A frame as the matcher saw it, to be shown beside maps.
 
 use super::PipelineError;
-use super::volume_frame::volume_frame;
 use crate::calibrate::{CalibrateError, Calibration, rectifier};
 use epirig_calibration::photometry::Maps;
+use epirig_calibration::rectification::Rectifier;
 use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
 
 /// Frame `t` of `sequence` as it is matched, in DN: with a calibration corrected and rectified; rows x columns of the
@@ -18,17 +19,36 @@ pub fn matched_frame(
     calibration: Option<&(Calibration, Maps)>,
     t: usize,
 ) -> Result<Grid<f32>, PipelineError> {
-    let record = sequence.frames().get(t).ok_or(PipelineError::NoSuchFrame { index: t })?;
+    let made = calibration.map(|(calibration, maps)| rectifier(sequence, calibration, maps)).transpose()?;
+    frame_in_dn(sequence, t, made.as_ref())
+}
+
+/// Frame `t` of `sequence` in DN: with a rectifier corrected and rectified.
+///
+/// # Errors
+/// As [`matched_frame`].
+pub fn frame_in_dn(
+    sequence: &Sequence,
+    t: usize,
+    rectifier: Option<&Rectifier>,
+) -> Result<Grid<f32>, PipelineError> {
+    let record = sequence.frames().get(t).ok_or(PipelineError::NoSuchFrame(t))?;
     let frame = sequence.read(record)?;
-    let Some((calibration, maps)) = calibration else {
+    let Some(rectifier) = rectifier else {
         let mut grid = Grid::filled(frame.rows(), frame.columns(), 0.0_f32);
         frame.samples().copy_to_f32(0, grid.values_mut());
         return Ok(grid);
     };
-    let rectifier = rectifier(sequence, calibration, maps)?;
     // A volume has two frames at least.
     let tau = Tau::equidistant(2).map_err(CalibrateError::Positions)?;
     let mut volume = rectifier.volume(frame.bit_depth(), tau);
     rectifier.insert(&mut volume, 0, &[frame]).map_err(CalibrateError::Rectify)?;
     Ok(volume_frame(&volume, 0))
+}
+
+/// Frame `t` of a volume, in DN; rows x columns.
+pub(super) fn volume_frame(volume: &Volume, t: usize) -> Grid<f32> {
+    let mut frame = Grid::filled(volume.rows(), volume.columns(), 0.0_f32);
+    (0..volume.rows()).for_each(|y| volume.copy_row(y, t, frame.row_mut(y)));
+    frame
 }

@@ -29,7 +29,7 @@ use epirig_core::settings::{Key, Kind};
 /// assert_eq!(Profile::read(&saved, "rig.toml", &[])?, changed.profile()?);
 /// # Ok::<(), epirig::profile::ProfileError>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Draft(Settings);
 
 /// A section of a draft.

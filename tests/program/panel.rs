@@ -171,7 +171,7 @@ fn who_looks_may_stop_and_ask_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let rig = Rig::new(folder.path());
     for open in [&["rig", "stop"][..], &["surface"]] {
-        assert!(rig.panel.is_open_to_all(open), "{open:?}");
+        assert!(rig.panel.rules(open).open_to_all, "{open:?}");
     }
     for order in [
         &["rig", "home"][..],
@@ -183,9 +183,9 @@ fn who_looks_may_stop_and_ask_and_nothing_else() {
         &["scan", "pause"],
         &["results", "open"],
     ] {
-        assert!(!rig.panel.is_open_to_all(order), "{order:?}");
+        assert!(!rig.panel.rules(order).open_to_all, "{order:?}");
     }
-    assert!(rig.panel.is_urgent(&["rig", "stop"]));
+    assert!(rig.panel.rules(&["rig", "stop"]).urgent);
 }
 
 #[test]

@@ -9,8 +9,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, Response, StatusCod
 use axum::{Extension, Router};
 use hyper::upgrade::OnUpgrade;
 use hyper_util::rt::TokioIo;
-use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 use tokio::sync::{Semaphore, watch};
 use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::timeout::TimeoutLayer;
@@ -21,7 +20,7 @@ use super::handshake;
 use super::page;
 use super::refusal::{Refusal, RefusalKind};
 use super::reply::Reply;
-use super::site::{Query, Site};
+use super::site::{PostRules, Query, Site};
 use super::socket::{self, Opened};
 use super::threads::{Threads, Work};
 
@@ -98,21 +97,21 @@ async fn find<S: Site>(
     let path = uri.path().to_owned();
     let Some(data) = path.strip_prefix(DATA) else {
         let file = page::at(&path).filter(|_| *method == Method::GET).ok_or_else(|| nothing_at(&path))?;
-        return Ok(Reply::file(file.media_type, file.bytes.to_vec()));
+        return Ok(Reply { media_type: file.media_type, bytes: file.bytes.to_vec() });
     };
     let reads = *method == Method::GET;
-    let open = reads || (*method == Method::POST && shared.site.is_open_to_all(&parts(data)));
+    let rules = if *method == Method::POST { shared.site.rules(&parts(data)) } else { PostRules::default() };
+    let open = reads || rules.open_to_all;
     shared.guard.check_token(if open { Access::Look } else { Access::Change }, headers)?;
     let asked: Value = match *method {
         Method::GET => Value::Null,
-        Method::POST => serde_json::from_slice(&read(body, shared.site.largest_body(&parts(data))).await?)
+        Method::POST => serde_json::from_slice(&read(body, rules.largest).await?)
             .map_err(|error| Refusal::new(RefusalKind::Wrong, format!("the request is no JSON: {error}")))?,
         _ => return Err(Refusal::new(RefusalKind::Forbidden, format!("{method} is not served"))),
     };
     let query = Query::parse(uri.query().unwrap_or_default());
     let data = data.to_owned();
-    let is_urgent = !reads && shared.site.is_urgent(&parts(&data));
-    let work = if is_urgent { Work::Urgent } else { Work::Answer };
+    let work = if rules.urgent { Work::Urgent } else { Work::Answer };
     let site = shared.clone();
     let job = move || match reads {
         true => site.site.get(&parts(&data), &query),
@@ -171,14 +170,6 @@ fn nothing_at(path: &str) -> Refusal {
 }
 
 fn refused(refusal: &Refusal) -> Response<Body> {
-    #[derive(Serialize)]
-    struct Failure<'a> {
-        error: Message<'a>,
-    }
-    #[derive(Serialize)]
-    struct Message<'a> {
-        message: &'a str,
-    }
     let status = match refusal.kind {
         RefusalKind::Wrong => StatusCode::BAD_REQUEST,
         RefusalKind::NoToken => StatusCode::UNAUTHORIZED,
@@ -189,10 +180,8 @@ fn refused(refusal: &Refusal) -> Response<Body> {
         RefusalKind::Busy => StatusCode::SERVICE_UNAVAILABLE,
         RefusalKind::Failed => StatusCode::INTERNAL_SERVER_ERROR,
     };
-    // Text always serialises as JSON.
-    let json =
-        serde_json::to_vec(&Failure { error: Message { message: &refusal.message } }).unwrap_or_default();
-    respond(status, "application/json", json)
+    let json = json!({ "error": { "message": refusal.message } });
+    respond(status, "application/json", json.to_string().into_bytes())
 }
 
 fn respond(status: StatusCode, media_type: &'static str, bytes: Vec<u8>) -> Response<Body> {

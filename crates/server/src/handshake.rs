@@ -1,8 +1,8 @@
 //! The request that turns a connection into a WebSocket, and the response to it.
 
 use axum::body::Body;
-use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
-use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
+use axum::http::{HeaderMap, HeaderValue, Request, Response, header};
+use tokio_tungstenite::tungstenite::handshake::server::create_response_with_body;
 
 use super::refusal::{Refusal, RefusalKind};
 
@@ -20,26 +20,14 @@ pub(super) fn is_asked(headers: &HeaderMap) -> bool {
 /// [`Refusal`] if the request is not one of version 13, or does not offer our protocol.
 pub(super) fn agree(headers: &HeaderMap) -> Result<Response<Body>, Refusal> {
     let wrong = |message: &str| Refusal::new(RefusalKind::Wrong, message);
-    let mut connection = words(headers, header::CONNECTION.as_str());
-    let version = words(headers, header::SEC_WEBSOCKET_VERSION.as_str()).next();
-    let key = headers.get(header::SEC_WEBSOCKET_KEY);
-    let (true, Some("13"), Some(key)) =
-        (connection.any(|word| word.eq_ignore_ascii_case("upgrade")), version, key)
-    else {
-        return Err(wrong("this is no request for a WebSocket of version 13"));
-    };
+    let mut request = Request::new(());
+    request.headers_mut().clone_from(headers);
+    let mut response = create_response_with_body(&request, Body::empty)
+        .map_err(|_| wrong("this is no request for a WebSocket of version 13"))?;
     if !words(headers, header::SEC_WEBSOCKET_PROTOCOL.as_str()).any(|word| word == PROTOCOL) {
         return Err(wrong("feeds speak the protocol \"epirig\"; offer it in Sec-WebSocket-Protocol"));
     }
-    let accept = HeaderValue::from_str(&derive_accept_key(key.as_bytes()))
-        .map_err(|_| wrong("the key of the request for a WebSocket cannot be used"))?;
-    let mut response = Response::new(Body::empty());
-    *response.status_mut() = StatusCode::SWITCHING_PROTOCOLS;
-    let into = response.headers_mut();
-    into.insert(header::CONNECTION, HeaderValue::from_static("upgrade"));
-    into.insert(header::UPGRADE, HeaderValue::from_static("websocket"));
-    into.insert(header::SEC_WEBSOCKET_ACCEPT, accept);
-    into.insert(header::SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(PROTOCOL));
+    response.headers_mut().insert(header::SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(PROTOCOL));
     Ok(response)
 }
 

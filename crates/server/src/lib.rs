@@ -20,4 +20,4 @@ pub use feed::{Bell, Feed, Message};
 pub use refusal::{Refusal, RefusalKind};
 pub use reply::Reply;
 pub use server::{Limits, Server, ServerOptions, StopSwitch};
-pub use site::{LARGEST_ORDER, Query, Site};
+pub use site::{PostRules, Query, Site};

@@ -40,11 +40,6 @@ impl Reply {
         bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         Ok(Self { media_type: BYTES, bytes })
     }
-
-    /// A file.
-    pub fn file(media_type: &'static str, bytes: Vec<u8>) -> Self {
-        Self { media_type, bytes }
-    }
 }
 
 const BYTES: &str = "application/octet-stream";

@@ -33,26 +33,16 @@ impl Work {
 pub(super) const MOST: usize = Work::Answer.at_once() + Work::Urgent.at_once() + Work::Feed.at_once();
 
 /// Who waits for a thread. Must be used inside a runtime with [`MOST`] blocking threads.
-pub(super) struct Threads {
-    answers: Arc<Semaphore>,
-    urgent: Arc<Semaphore>,
-    feeds: Arc<Semaphore>,
-}
+pub(super) struct Threads([Arc<Semaphore>; 3]);
 
 impl Threads {
     pub(super) fn new() -> Self {
-        let turns = |work: Work| Arc::new(Semaphore::new(work.at_once()));
-        Self { answers: turns(Work::Answer), urgent: turns(Work::Urgent), feeds: turns(Work::Feed) }
+        Self([Work::Answer, Work::Urgent, Work::Feed].map(|work| Arc::new(Semaphore::new(work.at_once()))))
     }
 
     /// Waits for a thread.
     pub(super) async fn turn(&self, work: Work) -> Turn {
-        let turns = match work {
-            Work::Answer => &self.answers,
-            Work::Urgent => &self.urgent,
-            Work::Feed => &self.feeds,
-        };
-        Turn { _held: turns.clone().acquire_owned().await }
+        Turn { _held: self.0[work as usize].clone().acquire_owned().await }
     }
 }
 

@@ -9,7 +9,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use epirig_server::{
-    LARGEST_ORDER, Limits, Query, Refusal, Reply, Server, ServerError, ServerOptions, Site, StopSwitch,
+    Limits, PostRules, Query, Refusal, RefusalKind, Reply, Server, ServerError, ServerOptions, Site,
+    StopSwitch,
 };
 use serde_json::Value;
 
@@ -18,7 +19,14 @@ struct Echo;
 impl Site for Echo {
     fn get(&self, path: &[&str], query: &Query) -> Result<Reply, Refusal> {
         match path {
-            ["sum"] => Reply::json(&(query.value::<i64>("a")? + query.value::<i64>("b")?)),
+            ["sum"] => {
+                let number = |name: &str| {
+                    let text = query.text(name).unwrap_or_default();
+                    let wrong = |_| Refusal::new(RefusalKind::Wrong, format!("{name}=\"{text}\" is none"));
+                    text.parse::<i64>().map_err(wrong)
+                };
+                Reply::json(&(number("a")? + number("b")?))
+            }
             ["panic"] => panic!("on purpose"),
             ["path", rest @ ..] => Reply::json(&rest.join("|")),
             _ => Err(Refusal::unknown(path)),
@@ -29,12 +37,9 @@ impl Site for Echo {
         Reply::json(&(path.join("/"), asked))
     }
 
-    fn is_open_to_all(&self, path: &[&str]) -> bool {
-        path == ["stop"]
-    }
-
-    fn largest_body(&self, path: &[&str]) -> usize {
-        if path == ["long"] { 150_000 } else { LARGEST_ORDER }
+    fn rules(&self, path: &[&str]) -> PostRules {
+        let usual = PostRules { open_to_all: path == ["stop"], ..PostRules::default() };
+        if path == ["long"] { PostRules { largest: 150_000, ..usual } } else { usual }
     }
 }
 

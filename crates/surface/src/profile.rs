@@ -1,5 +1,7 @@
 //! Heights along a line.
 
+use serde::Serialize;
+
 use super::SurfaceError;
 use super::height::Heights;
 use epirig_core::grid::Grid;
@@ -16,7 +18,7 @@ pub struct ProfileLine {
 }
 
 /// A point of a profile.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ProfilePoint {
     /// Column, in px.
     pub x_px: f64,

@@ -12,7 +12,7 @@ use super::{facts, questions, tiles};
 use crate::panel::PanelError;
 use crate::panel::questions::{Json, Method, Question, Questions};
 use crate::panel::requests::Nothing;
-use epirig_server::{Query, Refusal, RefusalKind, Reply, Site};
+use epirig_server::{PostRules, Query, Refusal, RefusalKind, Reply, Site};
 
 /// The results of a sequence, answering questions about what is on disk now.
 ///
@@ -139,12 +139,8 @@ impl Site for CurrentResults {
         QUESTIONS.post(self, path, asked)
     }
 
-    fn largest_body(&self, path: &[&str]) -> usize {
-        QUESTIONS.largest(path)
-    }
-
-    fn is_open_to_all(&self, _path: &[&str]) -> bool {
+    fn rules(&self, path: &[&str]) -> PostRules {
         // Questions change nothing.
-        true
+        PostRules { open_to_all: true, ..QUESTIONS.rules(path) }
     }
 }

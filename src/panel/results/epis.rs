@@ -14,7 +14,7 @@ use epirig_calibration::photometry::Maps;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_data::sequence::{FrameRecord, Origin, Sequence, SequenceError};
+use epirig_data::sequence::{FrameRecord, Sequence, SequenceError};
 use epirig_data::storage::ScratchFile;
 
 /// Frames that are read together; the lanes of the rectifier.
@@ -127,10 +127,7 @@ impl Epis {
             calibrated.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
                 (calibration.mapping.camera.rows, calibration.mapping.camera.columns)
             });
-        let original_bits = match record.origin {
-            Origin::Rectified { original_bit_depth, .. } => Some(original_bit_depth),
-            Origin::Captured { .. } | Origin::Imported { .. } => None,
-        };
+        let original_bits = record.origin.original_bit_depth();
         let tau = match &calibrated {
             Some((calibration, _)) => Tau::from_positions(&calibration.positions.tau)?,
             None => sequence.tau()?,

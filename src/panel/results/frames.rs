@@ -4,13 +4,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use super::pyramid::{Place, Pyramid, Reduction};
+use super::pyramid::{Pyramid, Reduction};
 use crate::calibrate::{Calibration, rectifier};
 use crate::panel::PanelError;
+use crate::pipeline::frame_in_dn;
 use epirig_calibration::photometry::Maps;
 use epirig_calibration::rectification::Rectifier;
-use epirig_core::grid::Grid;
-use epirig_core::tau::Tau;
 use epirig_data::sequence::Sequence;
 
 /// Frames that are kept in memory, for somebody who plays them up and down.
@@ -20,7 +19,7 @@ const KEPT: usize = 8;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum FrameKind {
+pub(in crate::panel) enum FrameKind {
     Raw,
     Rectified,
 }
@@ -46,23 +45,10 @@ impl Frames {
         std::iter::once(FrameKind::Raw).chain(rectified).collect()
     }
 
-    /// The values of a tile of frame `t`, in DN.
-    ///
-    /// # Errors
-    /// [`PanelError`] if there is no such frame or tile, or it cannot be read.
-    pub(super) fn tile(
-        &self,
-        t: usize,
-        kind: Option<FrameKind>,
-        place: Place,
-    ) -> Result<Vec<f32>, PanelError> {
-        self.picture_of(t, kind)?.tile(place)
-    }
-
     /// Frame `t`, raw or of another kind.
     ///
     /// # Errors
-    /// As [`tile`](Self::tile).
+    /// [`PanelError`] if there is no such frame, or it cannot be read.
     pub(super) fn picture_of(&self, t: usize, kind: Option<FrameKind>) -> Result<Arc<Pyramid>, PanelError> {
         let kind = kind.unwrap_or(FrameKind::Raw);
         if !self.kinds().contains(&kind) {
@@ -72,9 +58,6 @@ impl Frames {
     }
 
     /// The frame as the matcher saw it.
-    ///
-    /// # Errors
-    /// As [`tile`](Self::tile).
     pub(super) fn as_matched(&self, t: usize) -> Result<Arc<Pyramid>, PanelError> {
         self.picture(t, if self.calibration.is_some() { FrameKind::Rectified } else { FrameKind::Raw })
     }
@@ -84,25 +67,14 @@ impl Frames {
         if let Some((.., picture)) = lock().iter().find(|(index, of, _)| (*index, *of) == (t, kind)) {
             return Ok(Arc::clone(picture));
         }
-        let record = self.sequence.frames().get(t);
-        let record = record.ok_or_else(|| PanelError::NotThere(format!("there is no frame {t}")))?;
-        let frame = self.sequence.read(record)?;
-        let grid = match (kind, &self.calibration) {
-            (FrameKind::Rectified, Some((calibration, maps))) => {
-                let rectifier = self.rectifier(calibration, maps)?;
-                // A volume has two frames at least.
-                let mut volume = rectifier.volume(frame.bit_depth(), Tau::equidistant(2)?);
-                rectifier.insert(&mut volume, 0, &[frame])?;
-                let mut grid = Grid::filled(volume.rows(), volume.columns(), 0.0_f32);
-                (0..volume.rows()).for_each(|y| volume.copy_row(y, 0, grid.row_mut(y)));
-                grid
-            }
-            _ => {
-                let mut grid = Grid::filled(frame.rows(), frame.columns(), 0.0_f32);
-                frame.samples().copy_to_f32(0, grid.values_mut());
-                grid
-            }
+        if t >= self.sequence.frames().len() {
+            return Err(PanelError::NotThere(format!("there is no frame {t}")));
+        }
+        let rectifier = match (kind, &self.calibration) {
+            (FrameKind::Rectified, Some((calibration, maps))) => Some(self.rectifier(calibration, maps)?),
+            _ => None,
         };
+        let grid = frame_in_dn(&self.sequence, t, rectifier.as_deref())?;
         let picture = Arc::new(Pyramid::new(grid, Reduction::Mean));
         let mut kept = lock();
         if kept.len() == KEPT {

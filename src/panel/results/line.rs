@@ -4,8 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::view::ResultsView;
 use crate::panel::PanelError;
+#[cfg(test)]
+use crate::panel::page_type_tests;
 use crate::pipeline::profile_csv;
-use epirig_surface::{Profile, ProfileLine, profile};
+use epirig_surface::{Profile, ProfileLine, ProfilePoint, profile};
 
 use super::surface::heights;
 
@@ -29,31 +31,13 @@ pub(super) struct LineEnds {
 pub(super) struct LineInfo {
     #[cfg_attr(test, ts(type = "'mm'"))]
     unit: &'static str,
-    points: Vec<LinePoint>,
-}
-
-#[derive(Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-struct LinePoint {
-    x_px: f64,
-    y_px: f64,
-    distance_mm: f64,
-    #[cfg_attr(test, ts(as = "Option<f64>"))]
-    height_mm: f64,
-    #[cfg_attr(test, ts(as = "Option<f64>"))]
-    sigma_mm: f64,
+    #[cfg_attr(test, ts(as = "Vec<page_type_tests::LinePoint>"))]
+    points: Vec<ProfilePoint>,
 }
 
 /// The profile between two ends.
 pub(super) fn line(view: &ResultsView, ends: &LineEnds) -> Result<LineInfo, PanelError> {
-    let points = found(view, ends)?.points.into_iter().map(|point| LinePoint {
-        x_px: point.x_px,
-        y_px: point.y_px,
-        distance_mm: point.distance_mm,
-        height_mm: point.height_mm,
-        sigma_mm: point.sigma_mm,
-    });
-    Ok(LineInfo { unit: "mm", points: points.collect() })
+    Ok(LineInfo { unit: "mm", points: found(view, ends)?.points })
 }
 
 /// The same as a table.

@@ -18,10 +18,8 @@ mod surface;
 mod value;
 mod view;
 
-use serde::Deserialize;
-
 use super::questions::{Json, Question};
-use super::requests::Nothing;
+use super::requests::{Nothing, requests};
 use epirig_server::Reply;
 use frames::FrameKind;
 use pyramid::Place;
@@ -34,54 +32,19 @@ pub(super) use facts::About;
 /// Bytes of the largest question with a mask: a picture of 20 million pixels in grey, not compressed, as text.
 const LARGEST_MASK: usize = 32 << 20;
 
-/// A tile of a map.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-struct MapTile {
-    id: String,
-    level: usize,
-    row: usize,
-    column: usize,
-}
-
-/// A tile of a frame.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-struct FrameTile {
-    t: usize,
-    kind: Option<FrameKind>,
-    level: usize,
-    row: usize,
-    column: usize,
-}
-
-/// A pixel.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-struct Pixel {
-    x: usize,
-    y: usize,
-}
-
-/// A row of the maps.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-struct Row {
-    y: usize,
-}
-
-/// A file of the results, or a picture of the calibration.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-struct FileName {
-    name: String,
-}
-
-/// Heights in three dimensions, of so many points at most.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-struct MeshQuery {
-    most: usize,
+requests! {
+    /// A tile of a map.
+    MapTile { id: String, level: usize, row: usize, column: usize }
+    /// A tile of a frame.
+    FrameTile { t: usize, kind: Option<FrameKind>, level: usize, row: usize, column: usize }
+    /// A pixel.
+    Pixel { x: usize, y: usize }
+    /// A row of the maps.
+    Row { y: usize }
+    /// A file of the results, or a picture of the calibration.
+    FileName { name: String }
+    /// Heights in three dimensions, of so many points at most.
+    MeshQuery { most: usize }
 }
 
 /// Questions about tiles, which are in memory and come in great number.
@@ -93,7 +56,7 @@ fn tiles() -> Vec<Question<ResultsView>> {
         }),
         Question::get("frames/{t}/{level}/{row}/{column}", |view: &ResultsView, asked: FrameTile| {
             let FrameTile { t, kind, level, row, column } = asked;
-            Ok(Reply::numbers(&view.frames.tile(t, kind, Place { level, row, column })?))
+            Ok(Reply::numbers(&view.frames.picture_of(t, kind)?.tile(Place { level, row, column })?))
         }),
     ]
 }
@@ -106,7 +69,7 @@ fn questions() -> Vec<Question<ResultsView>> {
         Question::get("row-cost", |view, Row { y }| Ok(row_cost::row_cost(view, y)?)),
         Question::get("line", |view, ends| Ok(Json(line::line(view, &ends)?))),
         Question::get("line.csv", |view, ends| {
-            Ok(Reply::file("text/csv; charset=utf-8", line::csv(view, &ends)?))
+            Ok(Reply { media_type: "text/csv; charset=utf-8", bytes: line::csv(view, &ends)? })
         }),
         Question::get("trends", |_, Nothing {}| Ok(Json(surface::trends()))),
         Question::get("mesh", |view, MeshQuery { most }| Ok(mesh::mesh(view, most)?)),

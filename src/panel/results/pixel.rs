@@ -4,6 +4,8 @@ use serde::Serialize;
 
 use super::view::ResultsView;
 use crate::panel::PanelError;
+#[cfg(test)]
+use crate::panel::page_type_tests;
 use crate::panel::questions::Framed;
 use crate::pipeline::OpenedResults;
 use crate::results::{ResultMap, reason};
@@ -26,13 +28,8 @@ pub(super) struct PixelInfo {
     y: usize,
     x_mm: Option<f64>,
     y_mm: Option<f64>,
-    #[cfg_attr(
-        test,
-        ts(
-            type = "'found' | 'leaves-image' | 'beyond-range' | 'no-texture' | 'occluded' | 'ambiguous' | 'outside'"
-        )
-    )]
-    answer: &'static str,
+    #[cfg_attr(test, ts(as = "page_type_tests::Names<Validity>"))]
+    answer: Validity,
     reason: String,
     values: Vec<PixelValue>,
     better_than: Option<f64>,
@@ -135,7 +132,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Framed<P
         y,
         x_mm: place.map(|place| place.0),
         y_mm: place.map(|place| place.1),
-        answer: answer.name(),
+        answer,
         reason: reason(answer),
         values: values(view, x, y),
         better_than: line.as_ref().map(|line| share_with_larger_sigma(&opened.sigma, line.sigma_px)),

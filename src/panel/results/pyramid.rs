@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use super::super::PanelError;
+use super::statistics::every;
 use epirig_core::grid::Grid;
 use epirig_core::image::reduced_known;
 
@@ -88,17 +89,7 @@ impl Pyramid {
 fn halved(map: &Grid<f32>, reduction: Reduction) -> Grid<f32> {
     match reduction {
         Reduction::Mean => reduced_known(map, 2, 0.0),
-        Reduction::Nearest => {
-            let (rows, columns) = (map.rows().div_ceil(2), map.columns().div_ceil(2));
-            let mut half = Grid::filled(rows, columns, f32::NAN);
-            for y in 0..rows {
-                half.row_mut(y)
-                    .iter_mut()
-                    .zip(map.row(2 * y).iter().step_by(2))
-                    .for_each(|(to, code)| *to = *code);
-            }
-            half
-        }
+        Reduction::Nearest => every(map, 2),
     }
 }
 

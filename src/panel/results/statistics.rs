@@ -102,7 +102,7 @@ impl Histogram {
 }
 
 /// Every `step`th pixel of every `step`th row.
-fn every(map: &Grid<f32>, step: usize) -> Grid<f32> {
+pub(super) fn every(map: &Grid<f32>, step: usize) -> Grid<f32> {
     let (rows, columns) = (map.rows().div_ceil(step), map.columns().div_ceil(step));
     let mut coarse = Grid::filled(rows, columns, f32::NAN);
     for y in 0..rows {

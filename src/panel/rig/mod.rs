@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use super::shared::SharedState;
 
-pub(super) use controls::{Control, controls};
+pub(super) use controls::{Controls, controls};
 pub(super) use profile::{ProfileMistake, change_profile, profile_form, save_profile};
 
 /// Starts the thread that owns the rig, the one that looks at its pictures, and the one that frees the control of

@@ -197,6 +197,7 @@ mod tests {
 
     use super::*;
     use crate::panel::shared::{OrderReply, PanelHooks};
+    use crate::panel::site::PanelOptions;
     use crate::profile::Draft;
 
     struct NoHooks;
@@ -211,7 +212,8 @@ mod tests {
     fn a_profile_is_changed_as_it_is_when_the_order_is_carried_out() {
         let draft = Draft::read("", "rig.toml", &[]).unwrap();
         let (source, nowhere) = ("rig.toml".to_owned(), PathBuf::new());
-        let shared = SharedState::new(draft, source, nowhere.clone(), nowhere, Box::new(NoHooks));
+        let (file, folder) = (nowhere.clone(), nowhere);
+        let shared = SharedState::new(PanelOptions { draft, source, file, folder, hooks: Box::new(NoHooks) });
         let (reply, answer) = OrderReply::new();
         let order = Order::Use { values: values("plan.frames", "7"), reply };
         // A control was ordered before, and is set while this order waits.

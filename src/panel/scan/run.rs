@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::assistant::Person;
+use super::notes::Notes;
 use super::plan::estimate;
 use super::watcher::Watcher;
 use crate::capture::{CaptureError, CapturePlan, Rig, capture, resume};
@@ -77,7 +78,7 @@ pub(in crate::panel) fn run_scan(
         camera,
         assistant: &mut Person::new(shared, run.view.clone(), pause.clone()),
         pause,
-        progress: &watcher,
+        progress: &Notes(shared),
         watcher: &watcher,
     };
     let taken = if run.resumed {

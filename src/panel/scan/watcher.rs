@@ -4,13 +4,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::notes::Notes;
 use crate::capture::{Awaited, ScanWatcher};
 use crate::panel::live_map::LiveMapMaker;
 use crate::panel::shared::SharedState;
 use crate::panel::state::{Presence, Retake, Stop};
 use epirig_core::frame::Frame;
-use epirig_core::progress::Progress;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::{FrameFacts, FrameKind};
 use epirig_data::storage::free_bytes;
@@ -126,23 +124,5 @@ impl ScanWatcher for Watcher<'_> {
                 None => (state.rig.camera.state, state.rig.stage.state) = (Presence::Busy, Presence::Ready),
             }
         });
-    }
-}
-
-impl Progress for Watcher<'_> {
-    fn begin(&self, what: &str, total: u64) {
-        Notes(self.shared).begin(what, total);
-    }
-
-    fn advance(&self, count: u64) {
-        Notes(self.shared).advance(count);
-    }
-
-    fn end(&self) {
-        Notes(self.shared).end();
-    }
-
-    fn note(&self, words: &str) {
-        self.shared.note(words);
     }
 }

@@ -12,6 +12,7 @@ use super::orders::Order;
 use super::pictures::Pictures;
 use crate::capture::PauseSwitch;
 use crate::panel::live_map::LiveMap;
+use crate::panel::site::PanelOptions;
 use crate::panel::state::{LogKind, RigState, ScanState, Task, TaskKind};
 use crate::profile::Draft;
 use epirig_core::frame::Frame;
@@ -29,6 +30,7 @@ pub trait PanelHooks: Send + Sync {
 }
 
 /// All that changes while a panel runs, but for the pictures.
+#[derive(Default)]
 pub(in crate::panel) struct PanelState {
     /// What the pages are told.
     pub(in crate::panel) rig: RigState,
@@ -88,28 +90,12 @@ pub(in crate::panel) struct SharedState {
 }
 
 impl SharedState {
-    pub(in crate::panel) fn new(
-        draft: Draft,
-        source: String,
-        file: PathBuf,
-        folder: PathBuf,
-        hooks: Box<dyn PanelHooks>,
-    ) -> Self {
+    pub(in crate::panel) fn new(options: PanelOptions) -> Self {
+        let PanelOptions { draft, source, file, folder, hooks } = options;
         let state = PanelState {
             rig: RigState { rig: source.clone(), ..RigState::default() },
-            orders: VecDeque::new(),
             draft,
-            controls: Vec::new(),
-            kinematics: None,
-            controller: Controller::default(),
-            jog: Jog::default(),
-            finds_target: false,
-            coverage: Coverage::default(),
-            live_map: None,
-            answer: None,
-            stage_stop: StopSwitch::default(),
-            pause: PauseSwitch::default(),
-            ending: false,
+            ..PanelState::default()
         };
         Self {
             state: Mutex::new(state),
@@ -333,7 +319,8 @@ mod tests {
 
     fn shared() -> SharedState {
         let draft = Draft::read("", "rig.toml", &[]).unwrap();
-        SharedState::new(draft, "rig.toml".to_owned(), PathBuf::new(), PathBuf::new(), Box::new(NoHooks))
+        let (source, file, folder) = ("rig.toml".to_owned(), PathBuf::new(), PathBuf::new());
+        SharedState::new(PanelOptions { draft, source, file, folder, hooks: Box::new(NoHooks) })
     }
 
     #[test]

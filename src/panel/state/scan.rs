@@ -3,11 +3,12 @@
 use serde::Serialize;
 
 /// How a scan is going.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "kebab-case")]
 pub(in crate::panel) enum ScanPhase {
     /// Frames are taken.
+    #[default]
     Running,
     /// It ends after the frame in hand.
     Pausing,
@@ -20,7 +21,7 @@ pub(in crate::panel) enum ScanPhase {
 }
 
 /// A scan.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(in crate::panel) struct ScanState {
     /// Name of the folder.
@@ -60,24 +61,7 @@ pub(in crate::panel) struct ScanState {
 impl ScanState {
     /// A scan that begins now.
     pub(in crate::panel) fn begun(name: &str, folder: String, planned: usize, done: usize) -> Self {
-        Self {
-            name: name.to_owned(),
-            folder,
-            state: ScanPhase::Running,
-            held_by: Vec::new(),
-            reason: None,
-            planned,
-            done,
-            retakes: Vec::new(),
-            stops: Vec::new(),
-            asked: None,
-            seconds_left: None,
-            needs_bytes: None,
-            free_bytes: None,
-            map: None,
-            course: Vec::new(),
-            measured: false,
-        }
+        Self { name: name.to_owned(), folder, planned, done, ..Self::default() }
     }
 
     /// A live map of so many frames has this median sigma, in px. After a pause maps begin with few frames again.

@@ -2,43 +2,33 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
 use super::CameraError;
 
-/// The type of a control's values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ControlKind {
-    /// Integers from minimum to maximum.
-    Integer,
-    /// 0 or 1.
-    Boolean,
-    /// One of the items, by index.
-    Menu,
-    /// A set of bits.
-    Bitmask,
-    /// No value: writing it triggers an action.
-    Button,
-    /// Text, arrays and others, which are neither read nor written here.
-    Other,
-}
-
-impl ControlKind {
-    /// Name for listings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Integer => "integer",
-            Self::Boolean => "boolean",
-            Self::Menu => "menu",
-            Self::Bitmask => "bitmask",
-            Self::Button => "button",
-            Self::Other => "other",
-        }
+epirig_core::choices! {
+    /// The type of a control's values.
+    pub enum ControlKind {
+        /// Integers from minimum to maximum.
+        Integer = "integer",
+        /// 0 or 1.
+        Boolean = "boolean",
+        /// One of the items, by index.
+        Menu = "menu",
+        /// A set of bits.
+        Bitmask = "bitmask",
+        /// No value: writing it triggers an action.
+        Button = "button",
+        /// Text, arrays and others, which are neither read nor written here.
+        Other = "other",
     }
 }
 
 /// A control as its driver describes it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Control {
     /// The driver's id of the control.
+    #[serde(skip)]
     pub id: u32,
     /// Name in commands: the driver's name in lower case, with `_` for all other characters than letters and
     /// digits.

@@ -8,8 +8,8 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use epirig_server::{
-    Bell, Feed, Message, Query, Refusal, RefusalKind, Reply, Server, ServerError, ServerOptions, Site,
-    StopSwitch,
+    Bell, Feed, Message, PostRules, Query, Refusal, RefusalKind, Reply, Server, ServerError, ServerOptions,
+    Site, StopSwitch,
 };
 use serde_json::Value;
 
@@ -102,8 +102,8 @@ impl Site for Program {
         }
     }
 
-    fn is_urgent(&self, path: &[&str]) -> bool {
-        path == ["stop"]
+    fn rules(&self, path: &[&str]) -> PostRules {
+        PostRules { urgent: path == ["stop"], ..PostRules::default() }
     }
 }
 
