@@ -7,7 +7,7 @@ use std::process::Command;
 
 use crate::support::{fails, images, succeeds};
 use epirig_core::grid::Grid;
-use epirig_data::formats::{MapFacts, MapFormat};
+use epirig_data::formats::{MapFacts, MapFormat, Quantity};
 use epirig_surface::{Filters, Roughness};
 
 /// Reads an X3P, compares it with the same map as TIFF or NPY, and our parameters with those of surfalize.
@@ -116,7 +116,8 @@ fn surfalize_finds_the_same_roughness_of_a_surface_with_holes() {
         .collect();
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: Vec<u8>| fs::write(folder.path().join(name), bytes).unwrap();
-    let facts = MapFacts::lengths(PIXEL_MM, "waves & <holes>");
+    let title = "waves & <holes>".to_owned();
+    let facts = MapFacts { quantity: Quantity::LengthMm, pixel_mm: Some(PIXEL_MM), title, taken: None };
     write("map.x3p", MapFormat::X3p.encode_with(&map, &facts).unwrap());
     write("map.npy", MapFormat::Npy.encode(&map).unwrap());
     let told = serde_json::json!({"pixel_mm": PIXEL_MM, "cases": cases});

@@ -29,11 +29,6 @@ pub struct MapFacts {
 }
 
 impl MapFacts {
-    /// Heights or other lengths in mm, whose pixels are `pixel_mm` wide and high.
-    pub fn lengths(pixel_mm: f64, title: impl Into<String>) -> Self {
-        Self { quantity: Quantity::LengthMm, pixel_mm: Some(pixel_mm), title: title.into(), taken: None }
-    }
-
     /// The pixel size, if it is a positive finite number.
     pub(super) fn usable_pixel_mm(&self) -> Option<f64> {
         self.pixel_mm.filter(|pixel_mm| pixel_mm.is_finite() && *pixel_mm > 0.0)

@@ -46,7 +46,13 @@ mod tests {
     fn samples_begin_at_a_multiple_of_four_after_at_least_one_zero() {
         let map = Grid::from_values(1, 2, vec![0.25, f32::NAN]).unwrap();
         for length in 0..8 {
-            let bytes = encode(&map, &MapFacts::lengths(0.5, "t".repeat(length)));
+            let facts = MapFacts {
+                quantity: Quantity::LengthMm,
+                pixel_mm: Some(0.5),
+                title: "t".repeat(length),
+                taken: None,
+            };
+            let bytes = encode(&map, &facts);
             let header = bytes.iter().position(|&byte| byte == 0).unwrap();
             let text = std::str::from_utf8(&bytes[..header]).unwrap();
             assert!(

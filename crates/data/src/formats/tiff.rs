@@ -80,7 +80,9 @@ mod tests {
     #[test]
     fn the_size_of_a_pixel_stands_in_its_tags() {
         let map = Grid::from_values(1, 2, vec![0.5, f32::NAN]).unwrap();
-        let bytes = encode(&map, &MapFacts::lengths(0.25, "a \u{b5}\nb")).unwrap();
+        let title = "a \u{b5}\nb".to_owned();
+        let facts = MapFacts { pixel_mm: Some(0.25), title, ..MapFacts::default() };
+        let bytes = encode(&map, &facts).unwrap();
         assert_eq!(decode(&bytes).unwrap().at(0, 0), 0.5);
         let mut decoder = Decoder::new(Cursor::new(&bytes)).unwrap();
         assert_eq!(decoder.get_tag_u32(Tag::ResolutionUnit).unwrap(), 3, "3 is cm");

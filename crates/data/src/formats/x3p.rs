@@ -144,7 +144,9 @@ mod tests {
     #[test]
     fn the_archive_holds_what_the_standard_asks_for() {
         let map = Grid::from_values(1, 2, vec![0.25, f32::NAN]).unwrap();
-        let mut facts = MapFacts::lengths(0.5, "a<b & c\nd");
+        let title = "a<b & c\nd".to_owned();
+        let mut facts =
+            MapFacts { quantity: Quantity::LengthMm, pixel_mm: Some(0.5), title, ..MapFacts::default() };
         facts.taken = Some("2024-05-06T07:08:09Z".to_owned());
         let bytes = encode(&map, &facts).unwrap();
         assert_eq!(bytes, encode(&map, &facts).unwrap(), "no time of writing");
@@ -182,7 +184,8 @@ mod tests {
     fn what_is_no_length_or_has_no_scale_is_refused() {
         let map = Grid::from_values(1, 1, vec![0.25]).unwrap();
         assert!(encode(&map, &MapFacts::default()).is_err());
-        let facts = MapFacts { pixel_mm: Some(f64::NAN), ..MapFacts::lengths(1.0, "") };
+        let facts =
+            MapFacts { quantity: Quantity::LengthMm, pixel_mm: Some(f64::NAN), ..MapFacts::default() };
         assert!(matches!(encode(&map, &facts), Err(FormatError::Unsuitable { .. })));
     }
 }
