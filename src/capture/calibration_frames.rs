@@ -36,7 +36,7 @@ fn arrangement(plan: &CapturePlan, kind: FrameKind, index: usize) -> Arrangement
         FrameKind::Scan => Arrangement::Object,
         FrameKind::Dark => Arrangement::Dark,
         FrameKind::Flat => Arrangement::Flat,
-        FrameKind::Board => Arrangement::Board { pose: index, poses: plan.board },
+        FrameKind::Board => Arrangement::Board { pose: index, poses: plan.section.board },
     }
 }
 

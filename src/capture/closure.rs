@@ -40,9 +40,9 @@ impl Scan<'_, '_> {
         if !self.camera().is_live() {
             return Ok(None);
         }
-        let at_rest = arrived.after(self.plan.settle);
+        let at_rest = arrived.after(self.plan.section.settle);
         let (again, _) = self.look(at_rest)?;
-        self.times.settling_s += self.plan.settle.as_secs_f64();
+        self.times.settling_s += self.plan.section.settle.as_secs_f64();
         self.times.exposing_s += self.camera().now().since(at_rest).as_secs_f64();
         match shift_between(&good.frame, &again) {
             // A shift whose sigma exceeds the limit cannot be tested against it.

@@ -43,14 +43,14 @@ impl CapturePlan {
         let moving = moves.reduce(|sum, next| Some(sum?.saturating_add(next?))).flatten();
         // The first frame is taken again at the end.
         let (stops_and_closing, others) = ((stops + 1) as f64, self.calibration_frames());
-        let averaged = self.averaged as f64;
+        let averaged = self.section.average as f64;
         let frame_times = stops_and_closing * (BEFORE_THE_FIRST + averaged) + others as f64 * averaged;
         let times = |time: Duration, count: f64| {
             Duration::try_from_secs_f64(time.as_secs_f64() * count).unwrap_or(Duration::MAX)
         };
         Estimate {
             moving,
-            settling: times(self.settle, stops_and_closing),
+            settling: times(self.section.settle, stops_and_closing),
             exposing: interval.map(|interval| times(interval, frame_times)),
             bytes: frame_bytes.map(|bytes| bytes.saturating_mul((stops + others) as u64)),
         }
@@ -74,15 +74,13 @@ impl CapturePlan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::profile::PlanProfile;
 
     #[test]
     fn a_scan_takes_the_sum_of_its_parts() {
-        let plan = CapturePlan {
-            settle: Duration::from_millis(200),
-            averaged: 4,
-            dark: 2,
-            ..CapturePlan::at(vec![10.0, 12.0, 14.0])
-        };
+        let settle = Duration::from_millis(200);
+        let section = PlanProfile { settle, average: 4, dark: 2, ..PlanProfile::default() };
+        let plan = CapturePlan { section, ..CapturePlan::at(vec![10.0, 12.0, 14.0]) };
         // A stage of 1 mm/s without ramps.
         let estimate = plan
             .estimate(Some(1000), Some(Duration::from_millis(10)), |mm| Some(Duration::from_secs_f64(mm)));

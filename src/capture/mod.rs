@@ -100,12 +100,12 @@ fn start_record(scan: &mut Scan<'_, '_>) -> SequenceRecord {
         stage: scan.stage.as_ref().map_or_else(String::new, |stage| stage.identity().to_string()),
         stage_settings: scan.settings.clone(),
         camera: scan.camera().identity().to_string(),
-        configuration: Some(camera_record(&configuration, plan.averaged)),
+        configuration: Some(camera_record(&configuration, plan.section.average)),
         limits: Some(LimitsRecord { position_mm: plan.limits.position_mm, shift_px: plan.limits.shift_px }),
         rig: plan.rig.clone(),
         simulator: plan.simulator.clone(),
     };
-    let bit_depth = if plan.averaged > 1 { 16 } else { bit_depth };
+    let bit_depth = if plan.section.average > 1 { 16 } else { bit_depth };
     SequenceRecord {
         positions_mm: Some(plan.positions_mm.clone()),
         intrinsics: plan.lens.map(|lens| lens.intrinsics(columns, rows)),

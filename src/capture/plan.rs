@@ -3,27 +3,19 @@
 use std::time::Duration;
 
 use super::CaptureError;
-use crate::profile::LimitsProfile;
+use crate::profile::{LimitsProfile, PlanProfile};
 use epirig_data::sequence::{FrameKind, NominalLens};
 use epirig_devices::camera::{CameraSettings, Configuration};
 
 /// What to capture, and what is known of the rig.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct CapturePlan {
     /// Positions of the frames, in mm from home.
     pub positions_mm: Vec<f64>,
-    /// Time for which the stage vibrates after a move; exposures begin later.
-    pub settle: Duration,
     /// Settings of the camera.
     pub camera: CameraSettings,
-    /// Number of frames averaged at each position, into one of 16 bit; 1 keeps single frames unchanged.
-    pub averaged: usize,
-    /// Number of dark frames before the scan.
-    pub dark: usize,
-    /// Number of frames of a uniform target before the scan.
-    pub flat: usize,
-    /// Number of frames of the hand-held chess-board before the scan, each in a different pose.
-    pub board: usize,
+    /// The profile's section: settling, averaging, and the frames before the scan.
+    pub section: PlanProfile,
     /// Limits of the scan.
     pub limits: LimitsProfile,
     /// The lens, if known.
@@ -37,28 +29,17 @@ pub struct CapturePlan {
 impl CapturePlan {
     /// A plan of single frames at these positions, with a camera set up for measuring.
     pub fn at(positions_mm: Vec<f64>) -> Self {
-        Self {
-            positions_mm,
-            settle: Duration::ZERO,
-            camera: CameraSettings::default(),
-            averaged: 1,
-            dark: 0,
-            flat: 0,
-            board: 0,
-            limits: LimitsProfile::default(),
-            lens: None,
-            rig: None,
-            simulator: None,
-        }
+        let section = PlanProfile { settle: Duration::ZERO, ..PlanProfile::default() };
+        Self { positions_mm, section, ..Self::default() }
     }
 
     /// Number of frames of this kind.
     pub fn count(&self, kind: FrameKind) -> usize {
         match kind {
             FrameKind::Scan => self.positions_mm.len(),
-            FrameKind::Dark => self.dark,
-            FrameKind::Flat => self.flat,
-            FrameKind::Board => self.board,
+            FrameKind::Dark => self.section.dark,
+            FrameKind::Flat => self.section.flat,
+            FrameKind::Board => self.section.board,
         }
     }
 
@@ -78,7 +59,7 @@ impl CapturePlan {
 
     /// Bytes of a frame's samples, for a camera with this configuration.
     pub fn frame_bytes(&self, configuration: &Configuration) -> u64 {
-        let sample_bytes = if self.averaged > 1 || configuration.bit_depth > 8 { 2 } else { 1 };
+        let sample_bytes = if self.section.average > 1 || configuration.bit_depth > 8 { 2 } else { 1 };
         configuration.rows as u64 * configuration.columns as u64 * sample_bytes
     }
 

@@ -84,7 +84,7 @@ pub fn resume(
             warn!(was, now = is, "the scan was begun with another device");
             scan.rig.progress.note(&format!("note: the scan was begun with {was}; now it is {is}"));
         }
-        if *set != camera_record(&scan.configuration, plan.averaged) {
+        if *set != camera_record(&scan.configuration, plan.section.average) {
             return Err(unlike(&format!(
                 "the camera is now set to {}, which differs from sequence.json; restore the settings, or begin a new scan",
                 scan.configuration

@@ -84,8 +84,8 @@ impl<'a, 'r> Scan<'a, 'r> {
         debug!(
             positions = plan.positions_mm.len(),
             first_mm,
-            settle_s = plan.settle.as_secs_f64(),
-            averaged = plan.averaged,
+            settle_s = plan.section.settle.as_secs_f64(),
+            averaged = plan.section.average,
             resumed = before.is_some(),
             "rig ready"
         );

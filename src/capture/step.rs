@@ -23,18 +23,18 @@ impl Scan<'_, '_> {
         let before_mm = self.check_position(commanded_mm)?;
         let arrived = self.camera().now();
         self.times.moving_s += arrived.since(begun).as_secs_f64();
-        let at_rest = arrived.after(self.plan.settle);
+        let at_rest = arrived.after(self.plan.section.settle);
         debug!(
             position_mm = before_mm,
             seconds = arrived.since(begun).as_secs_f64(),
-            settle_s = self.plan.settle.as_secs_f64(),
+            settle_s = self.plan.section.settle.as_secs_f64(),
             "arrived"
         );
         self.camera().at_stop(index);
         let (frame, exposures) = self.look(at_rest)?;
         // Read again after the exposure: a stage that has drifted or restarted meanwhile spoils the frame.
         let after_mm = self.check_position(commanded_mm)?;
-        self.times.settling_s += self.plan.settle.as_secs_f64();
+        self.times.settling_s += self.plan.section.settle.as_secs_f64();
         self.times.exposing_s += self.camera().now().since(at_rest).as_secs_f64();
         let limits = &self.plan.limits;
         let share = frame.samples().count_at_least(frame.full_scale()) as f64 / frame.samples().len() as f64;
@@ -50,7 +50,8 @@ impl Scan<'_, '_> {
             }
             let noise_dn = last.and_then(|facts| facts.difference_dn);
             let bit_depth = self.configuration.bit_depth;
-            let still = |noise_dn| stands_still(&good.frame, &frame, noise_dn, bit_depth, self.plan.averaged);
+            let still =
+                |noise_dn| stands_still(&good.frame, &frame, noise_dn, bit_depth, self.plan.section.average);
             if noise_dn.is_some_and(still) {
                 let step_mm = commanded_mm - self.plan.positions_mm[good.index];
                 return Err(CaptureError::NoMotion { index, step_mm });
@@ -67,7 +68,7 @@ impl Scan<'_, '_> {
             attempt,
             readings_mm: [before_mm, after_mm],
             position_tolerance_mm: limits.position_mm,
-            settle_ms: self.plan.settle.as_secs_f64() * 1e3,
+            settle_ms: self.plan.section.settle.as_secs_f64() * 1e3,
             controls_as_set: last.map_or(0, |facts| facts.controls.len()),
             saturated_share: share,
             saturated_limit: limits.saturated,
@@ -99,10 +100,10 @@ impl Scan<'_, '_> {
         &mut self,
         at_rest: camera::Moment,
     ) -> Result<(Frame, Vec<camera::FrameFacts>), CaptureError> {
-        if self.plan.averaged > 1 {
+        if self.plan.section.average > 1 {
             let stop = self.stop.clone();
             let averaged =
-                average(self.rig.camera, at_rest, self.plan.averaged, &|| stop.pressed().is_none());
+                average(self.rig.camera, at_rest, self.plan.section.average, &|| stop.pressed().is_none());
             let averaged = averaged.map_err(|error| self.as_stop(error))?;
             return Ok((averaged.frame, averaged.facts));
         }

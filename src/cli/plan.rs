@@ -97,7 +97,7 @@ fn estimate(profile: &Profile, plan: &CapturePlan) -> Estimate {
     /// Bytes per sample if the profile does not tell; the deepest frames have 16 bit.
     const SAMPLE_BYTES: usize = 2;
     let simulated = profile.camera.is_simulated();
-    let sample_bytes = if simulated && plan.averaged == 1 { 1 } else { SAMPLE_BYTES };
+    let sample_bytes = if simulated && plan.section.average == 1 { 1 } else { SAMPLE_BYTES };
     let frame_bytes = profile.camera.size.map(|size| (size.columns * size.rows * sample_bytes) as u64);
     let rate_hz = profile.camera.rate_hz.or(simulated.then_some(f64::from(SimDevice::RATE_HZ)));
     let interval = rate_hz.and_then(|rate_hz| Duration::try_from_secs_f64(1.0 / rate_hz).ok());

@@ -73,7 +73,8 @@ impl Run {
         let configuration = devices.camera.configure(&devices.plan.camera)?;
         let frames = devices.plan.positions_mm.len();
         options.check(configuration.rows, configuration.columns, frames)?;
-        let deep = configuration.bit_depth > 8 || devices.plan.averaged > 1 || can_be_calibrated(&profile);
+        let deep =
+            configuration.bit_depth > 8 || devices.plan.section.average > 1 || can_be_calibrated(&profile);
         let held = Frames {
             count: frames,
             rows: configuration.rows,

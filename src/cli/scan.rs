@@ -41,7 +41,7 @@ impl<'a> Devices<'a> {
         let plan = capture_plan(profile)?;
         // If the camera chooses the size, its own buffers have room for it.
         if let Some(size) = profile.camera.size {
-            let need = capture_need(size.rows, size.columns, plan.averaged > 1);
+            let need = capture_need(size.rows, size.columns, plan.section.average > 1);
             refuse_more_than_there_is("taking frames", need, |available| {
                 format!("smaller frames need less (camera.size); or {}", close_others(available))
             })?;

@@ -122,7 +122,7 @@ fn look_at_picture(
     plan: &DoctorPlan,
     checks: &mut Vec<Check>,
 ) -> Result<View, DoctorError> {
-    let at_rest = camera.now().after(plan.scan.settle);
+    let at_rest = camera.now().after(plan.scan.section.settle);
     let frame = camera.grab_after(at_rest)?.frame;
     let seen = Assessment::of(&frame);
     let view = View::take(camera, FRAMES)?;
@@ -130,7 +130,7 @@ fn look_at_picture(
         picture::saturation(&frame, &seen, plan.scan.limits.saturated),
         picture::brightness(&frame, &seen),
         picture::texture(&view, &seen),
-        picture::noise(&view, plan.scan.averaged),
+        picture::noise(&view, plan.scan.section.average),
         picture::flicker(&view),
     ]);
     Ok(view)
@@ -147,7 +147,7 @@ fn measure_moves(
 ) -> Result<(), DoctorError> {
     let (first_mm, step_mm) = (plan.scan.positions_mm[0], step_mm(plan));
     let last_mm = plan.scan.positions_mm.iter().copied().fold(first_mm, f64::max).min(stage.travel_mm());
-    let moved = measure_motion(stage, camera, plan.scan.settle, [first_mm, last_mm], step_mm);
+    let moved = measure_motion(stage, camera, plan.scan.section.settle, [first_mm, last_mm], step_mm);
     let expected = expected_px_per_mm(plan, configuration);
     if let Some(motion) = or_check("motion", moved, camera, &mut report.checks)? {
         report.checks.push(stops::motion(&motion, expected));
@@ -160,12 +160,13 @@ fn measure_moves(
     let next_mm = (first_mm + step_mm).min(stage.travel_mm());
     let settled = measure_settling(stage, camera, next_mm);
     if let Some(settling) = or_check("settling", settled, camera, &mut report.checks)? {
-        report.checks.push(stops::settling(&settling, plan.scan.settle));
+        report.checks.push(stops::settling(&settling, plan.scan.section.settle));
         report.settling = Some(settling);
     }
     progress.advance(1);
     let axis = [motion.x_px_per_mm, motion.y_px_per_mm];
-    let returned = measure_repeatability(stage, camera, plan.scan.settle, [next_mm, step_mm], axis, RETURNS);
+    let returned =
+        measure_repeatability(stage, camera, plan.scan.section.settle, [next_mm, step_mm], axis, RETURNS);
     if let Some(found) = or_check("repeatability", returned, camera, &mut report.checks)? {
         let distance_mm = distance_mm(plan, configuration, motion.px_per_mm());
         let relief = plan.relief_mm.zip(distance_mm);
@@ -221,7 +222,7 @@ fn foresee(plan: &DoctorPlan, configuration: &Configuration, view: &View, report
         distance_mm,
         baseline_mm: baseline_mm(plan),
         frames,
-        noise_dn: view.noise_dn() / (plan.scan.averaged.max(1) as f64).sqrt(),
+        noise_dn: view.noise_dn() / (plan.scan.section.average.max(1) as f64).sqrt(),
         gradient_dn_per_px: view.gradient_dn_per_px(),
         window_px: WINDOW_PX,
         step_error_mm: report.repeatability.as_ref().map(|found| found.sigma_um * 1e-3),

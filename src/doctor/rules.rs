@@ -116,6 +116,7 @@ pub(super) fn exposure(exposure_us: Option<f64>, mains_hz: Option<f64>) -> Check
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::profile::PlanProfile;
 
     #[test]
     fn exposures_are_judged_by_the_mains_there_are() {
@@ -160,7 +161,10 @@ mod tests {
             pinned: Vec::new(),
             notes: vec!["the images come compressed".to_owned()],
         };
-        let plan = |averaged| CapturePlan { averaged, ..CapturePlan::at(vec![0.0; 10]) };
+        let plan = |average| CapturePlan {
+            section: PlanProfile { average, ..PlanProfile::default() },
+            ..CapturePlan::at(vec![0.0; 10])
+        };
         let verdict = |averaged, free_bytes| disk(&plan(averaged), 0, free_bytes, &configuration).verdict;
         // 10 x 500 kB; twice that averaged; and 82 kB besides.
         assert_eq!(verdict(1, Some(10_200_000)), Verdict::Good);

@@ -7,7 +7,7 @@ use super::motion::measure_motion;
 use super::repeatability::measure_repeatability;
 use super::*;
 use crate::capture::CapturePlan;
-use crate::profile::LimitsProfile;
+use crate::profile::{LimitsProfile, PlanProfile};
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{FocalLength, NominalLens};
 use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault, SimView};
@@ -32,7 +32,7 @@ fn scan() -> CapturePlan {
     let lens = NominalLens { focal_length: FocalLength::ImageWidths(2.0), principal_point_px: None };
     let limits = LimitsProfile { saturated: 0.001, ..LimitsProfile::default() };
     CapturePlan {
-        settle: Duration::from_millis(50),
+        section: PlanProfile { settle: Duration::from_millis(50), ..PlanProfile::default() },
         lens: Some(lens),
         limits,
         ..CapturePlan::at(positions_mm)

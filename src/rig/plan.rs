@@ -18,17 +18,13 @@ pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
     let simulator = simulated.map(serde_json::to_value).transpose();
     let simulator = simulator.map_err(|error| RigError::Value { key: "sim", reason: error.to_string() })?;
     Ok(CapturePlan {
-        settle: profile.plan.settle,
+        positions_mm,
         camera: camera_settings(profile)?,
-        averaged: profile.plan.average,
-        dark: profile.plan.dark,
-        flat: profile.plan.flat,
-        board: profile.plan.board,
+        section: profile.plan.clone(),
         limits: profile.scan_limits(),
         lens: nominal_lens(&profile.optics),
         rig: Some(profile.record()),
         simulator,
-        ..CapturePlan::at(positions_mm)
     })
 }
 
@@ -39,7 +35,7 @@ fn rig_missing(plan: &profile::PlanProfile) -> RigError {
         (None, _) => "plan.step is",
         _ => "plan.frames is",
     };
-    RigError::NoPlan { lacks }
+    RigError::NoPlan(lacks)
 }
 
 /// The lens as described in the profile; `None` without a focal length.

@@ -68,7 +68,7 @@ fn the_program_makes_stage_and_camera_wait_for_nothing() {
     let simulator = simulator();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
-    let plan = CapturePlan { dark: 0, flat: 0, board: 0, ..plan(&simulator) };
+    let plan = CapturePlan::at(simulator.config().scan.positions_mm());
     scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     let times = Sequence::open(&out).unwrap().stop().unwrap().times.unwrap();
     // In simulated time, which the disk does not take part in.
@@ -205,7 +205,7 @@ fn a_scan_that_does_not_close_says_by_how_much() {
     let out = folder.path().join("seq");
     // Each of the moves upwards to the six stops loses 50 um, each way down gains as much.
     let slips = SimStageConfig { slip_probability: 1.0, slip_um: 50.0, ..SimStageConfig::ideal(200.0) };
-    let plan = CapturePlan { dark: 0, flat: 0, board: 0, ..plan(&simulator) };
+    let plan = CapturePlan::at(simulator.config().scan.positions_mm());
     let ended = scan_on(slips, &simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default());
     assert!(matches!(ended, Err(CaptureError::NotClosed { .. })), "{ended:?}");
     let sequence = Sequence::open(&out).unwrap();

@@ -5,10 +5,12 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use epirig::capture::{
     Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, Unwatched, capture, resume,
 };
+use epirig::profile::PlanProfile;
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{ClosureRecord, Sequence, verify};
 use epirig_data::storage::Disk;
@@ -26,7 +28,9 @@ pub fn simulator() -> Arc<Simulator> {
 }
 
 pub fn plan(simulator: &Simulator) -> CapturePlan {
-    CapturePlan { dark: 1, flat: 1, board: 2, ..CapturePlan::at(simulator.config().scan.positions_mm()) }
+    let settle = Duration::ZERO;
+    let section = PlanProfile { settle, dark: 1, flat: 1, board: 2, ..PlanProfile::default() };
+    CapturePlan { section, ..CapturePlan::at(simulator.config().scan.positions_mm()) }
 }
 
 /// Arranges what is asked for in front of the simulated camera.

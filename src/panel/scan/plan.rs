@@ -52,10 +52,10 @@ pub(in crate::panel) fn plan(shared: &Arc<SharedState>) -> Result<Plan, PanelErr
         start_mm: profile.plan.start_mm,
         step_mm: profile.plan.step_mm.unwrap_or_default(),
         end_mm: plan.positions_mm.last().copied().unwrap_or_default(),
-        dark: plan.dark,
-        flat: plan.flat,
-        board: plan.board,
-        averaged: plan.averaged,
+        dark: plan.section.dark,
+        flat: plan.section.flat,
+        board: plan.section.board,
+        averaged: plan.section.average,
         seconds: seconds.map(|time| time.as_secs_f64()),
         needs_bytes,
         free_bytes: free_bytes(&shared.folder),
@@ -72,7 +72,7 @@ fn free_name(shared: &SharedState) -> String {
 /// How long a scan takes, if stage and camera tell, and the bytes of a frame (0 without a camera).
 pub(super) fn estimate(shared: &SharedState, plan: &CapturePlan) -> (Option<Duration>, u64) {
     let (camera, stage) = shared.look(|state| (state.rig.camera.clone(), state.kinematics));
-    let sample_bytes = if plan.averaged > 1 || camera.bit_depth > 8 { 2 } else { 1 };
+    let sample_bytes = if plan.section.average > 1 || camera.bit_depth > 8 { 2 } else { 1 };
     let frame_bytes = (camera.rows * camera.columns) as u64 * sample_bytes;
     let interval = camera.rate_hz.filter(|rate| *rate > 0.0).map(|rate| Duration::from_secs_f64(1.0 / rate));
     let duration = |mm| stage.map(|stage| stage.duration(mm));
