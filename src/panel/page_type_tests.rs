@@ -18,7 +18,8 @@ use epirig_surface as surface;
 /// The form in which the page has a record of a crate that does not know the page. The conversion does not compile
 /// when the record changes.
 macro_rules! mirrors {
-    ($($name:ident = $record:path { $($(#[$as:meta])? $field:ident: $type:ty,)* })*) => {$(
+    ($($(#[$about:meta])* $name:ident = $record:path { $($(#[$as:meta])? $field:ident: $type:ty,)* })*) => {$(
+        $(#[$about])*
         #[derive(TS)]
         #[expect(dead_code, reason = "only its declaration is used")]
         pub(crate) struct $name {
@@ -89,6 +90,7 @@ mirrors! {
         #[ts(as = "Option<f64>")]
         sigma_mm: f64,
     }
+    /// A control of the camera.
     Control = camera::Control {
         #[ts(skip)]
         id: u32,

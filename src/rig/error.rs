@@ -19,15 +19,12 @@ pub enum RigError {
         /// What is wrong.
         reason: String,
     },
-    /// The plan lacks the step or the number of frames.
+    /// The plan lacks the step or the number of frames: the missing keys, with their verb.
     #[error(
-        "{lacks} not known: set them in [plan] of the rig profile (remove the #), or give --step-mm and --frames. Without a profile: \
+        "{0} not known: set them in [plan] of the rig profile (remove the #), or give --step-mm and --frames. Without a profile: \
          `epirig init` writes one, and `--rig sim` simulates a rig"
     )]
-    NoPlan {
-        /// The missing keys, with their verb.
-        lacks: &'static str,
-    },
+    NoPlan(&'static str),
     /// Board frames are planned, but the board is not described.
     #[error(
         "plan.board asks for frames of a chess-board that is not described: set square, columns and rows in [board] of the rig \

@@ -176,6 +176,11 @@ export type Control = { name: string, kind: 'integer' | 'boolean' | 'menu' | 'bi
  */
 export type ControlValue = { name: string, value: string, };
 
+/**
+ * The controls of the camera.
+ */
+export type Controls = Array<Control>;
+
 export type Depth = { depth_mm: number, sigma_mm: number | null, degrees_of_freedom: number | null, half_width_95_mm: number | null, scale_sigma_mm: number, };
 
 /**

@@ -1,11 +1,12 @@
 //! Two results of one sequence, compared.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::mesh::{blocks_for, means};
 use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::panel::questions::Framed;
+use crate::panel::requests::requests;
 use crate::pipeline::{OpenedResults, open_results};
 use crate::results::results_beside;
 use epirig_core::grid::Grid;
@@ -14,15 +15,15 @@ use epirig_core::statistics::upper_median;
 /// Most pixels of a comparison that are sent.
 const MOST: usize = 1 << 20;
 
-/// What is to be compared.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub(super) struct CompareQuery {
-    /// Name of the other results.
-    #[serde(default)]
-    with: String,
-    /// Heights, if it begins so, else disparities.
-    map: Option<String>,
+requests! {
+    /// What is to be compared.
+    CompareQuery {
+        /// Name of the other results.
+        #[serde(default)]
+        with: String,
+        /// Heights, if it begins so, else disparities.
+        map: Option<String>,
+    }
 }
 
 /// How the differences are spread.

@@ -1,11 +1,12 @@
 //! The profile along a line, with its uncertainty.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::view::ResultsView;
 use crate::panel::PanelError;
 #[cfg(test)]
 use crate::panel::page_type_tests;
+use crate::panel::requests::requests;
 use crate::pipeline::profile_csv;
 use epirig_surface::{Profile, ProfileLine, ProfilePoint, profile};
 
@@ -14,15 +15,9 @@ use super::surface::heights;
 /// Widest profile, in px, as for `epirig surface`.
 const WIDEST_PX: usize = 1000;
 
-/// Both ends of a line and its width, in px.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub(super) struct LineEnds {
-    x0: f64,
-    y0: f64,
-    x1: f64,
-    y1: f64,
-    width: usize,
+requests! {
+    /// Both ends of a line and its width, in px.
+    LineEnds { x0: f64, y0: f64, x1: f64, y1: f64, width: usize }
 }
 
 /// A profile.
