@@ -59,9 +59,6 @@ pub(super) trait Answer {
     type Told: OnPage;
 
     /// What is sent.
-    ///
-    /// # Errors
-    /// [`Refusal`] if it cannot be written.
     fn reply(self) -> Result<Reply, Refusal>;
 }
 
@@ -235,9 +232,6 @@ impl<S: 'static> Questions<S> {
     }
 
     /// The answer to a question with JSON.
-    ///
-    /// # Errors
-    /// As [`get`](Self::get).
     pub(super) fn post(&self, site: &S, path: &[&str], json: &Value) -> Result<Reply, Refusal> {
         self.answer(site, Method::Post, Asked { path, query: &Query::default(), json })
     }

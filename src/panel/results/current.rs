@@ -54,13 +54,10 @@ impl CurrentResults {
 
     /// What exists and is not shown, and why: results that do not fit the sequence, or their surface.
     pub fn unfit(&self) -> Option<String> {
-        self.held().unfit().map(str::to_owned)
+        self.held().unfit.clone()
     }
 
     /// What tells these results from others.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
     pub(in crate::panel) fn id(&self) -> Result<String, PanelError> {
         Ok(self.view()?.id.clone())
     }

@@ -146,7 +146,7 @@ pub(super) fn results(view: &ResultsView) -> Results<'_> {
             origin_px: [heights.geometry.principal_point_x_px, heights.geometry.principal_point_y_px],
         }),
         surface: surface(view),
-        unfit: view.unfit(),
+        unfit: view.unfit.as_deref(),
         answered_px: opened.and_then(|opened| answered(&opened.disparity)),
         maps: view.maps.facts(),
         frames: FramesInfo {

@@ -119,9 +119,6 @@ impl Maps {
     }
 
     /// The values of a tile.
-    ///
-    /// # Errors
-    /// [`PanelError::NotThere`] if there is no such map or tile.
     pub(super) fn tile(&self, id: &str, place: Place) -> Result<Vec<f32>, PanelError> {
         let map = self.shown(id).ok_or_else(|| PanelError::NotThere(format!("there is no map \"{id}\"")))?;
         map.pyramid.tile(place)

@@ -35,8 +35,8 @@ pub(super) struct ResultsView {
     pub(super) results: Option<OpenedResults>,
     /// Their surface; `None` if it has not been measured, or cannot be shown.
     pub(super) surface: Option<ResultFiles>,
-    /// What exists and is not shown, and why.
-    unfit: Option<String>,
+    /// What exists and is not shown, and why: results that do not fit the sequence, or their surface.
+    pub(super) unfit: Option<String>,
     pub(super) maps: Maps,
     pub(super) frames: Frames,
     pub(super) epis: Arc<Epis>,
@@ -48,9 +48,6 @@ impl ResultsView {
     /// Opens the sequence in `folder` with its results in `results`; by default those in its folder
     /// `results`, if there are any. If those do not fit the sequence any more, its frames are shown all the same; and
     /// a match is shown whatever is wrong with its surface.
-    ///
-    /// # Errors
-    /// [`PanelError`] if the sequence or the results cannot be read, or do not belong together.
     pub(super) fn open(folder: &Path, results: Option<&Path>) -> Result<Self, PanelError> {
         // Of files that change meanwhile the new ones are read, and found to be others with the next question.
         let id = Self::id_of(folder, results);
@@ -106,11 +103,6 @@ impl ResultsView {
             hash.update(blake3::hash(&bytes).as_bytes());
         }
         hash.finalize().to_hex()[..16].to_owned()
-    }
-
-    /// What exists and is not shown, and why: results that do not fit the sequence, or their surface.
-    pub(super) fn unfit(&self) -> Option<&str> {
-        self.unfit.as_deref()
     }
 
     /// Reads the frames in the background.

@@ -52,9 +52,6 @@ fn entry(sequence: &Sequence, name: String) -> SequenceEntry {
 }
 
 /// The folder of the sequence `name`; only a folder directly in that of the panel is one.
-///
-/// # Errors
-/// [`PanelError::NotThere`].
 pub(in crate::panel) fn folder_of(shared: &SharedState, name: &str) -> Result<PathBuf, PanelError> {
     if sequences_in(&shared.folder).iter().any(|known| known == name) {
         return Ok(shared.folder.join(name));
