@@ -2,9 +2,9 @@
 
 use clap::Args;
 
-use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::{
-    DisparityRange, MatchOptions, Method, Occlusion, OrderingConstraint, ReferenceFrame, Search,
+    DisparityRange, Interpolation, MatchOptions, Method, Occlusion, OrderingConstraint, ReferenceFrame,
+    Search,
 };
 
 use super::choice::choice;

@@ -35,8 +35,7 @@ use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
 use epirig_matcher::evaluate::SplitHalfError;
-use epirig_matcher::lines::EpiLines;
-use epirig_matcher::{DisparityMaps, MatchError, MatchOptions, Matcher, Validity};
+use epirig_matcher::{DisparityMaps, EpiLines, MatchError, MatchOptions, Matcher, Validity};
 use epirig_surface::{Heights, SurfaceError, heights};
 
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};

@@ -8,10 +8,7 @@ use super::cost_image::cost_picture;
 use crate::results::names;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
-use epirig_matcher::candidates::Candidates;
-use epirig_matcher::cost::CostTable;
-use epirig_matcher::lines::EpiLines;
-use epirig_matcher::{DisparityMaps, Validity, line_profile};
+use epirig_matcher::{Candidates, CostTable, DisparityMaps, EpiLines, Validity, line_profile};
 
 /// A figure as a picture, with its numbers.
 #[derive(Debug, Clone, PartialEq)]

@@ -22,7 +22,7 @@ pub struct Candidates {
 impl Candidates {
     /// Multiples of `disparity_step_px` that cover `range`, so that a candidate does not depend on where the
     /// range begins.
-    pub fn covering(range: DisparityRange, disparity_step_px: f64) -> Self {
+    pub(crate) fn covering(range: DisparityRange, disparity_step_px: f64) -> Self {
         let first = (range.minimum_px / disparity_step_px + 1e-9).floor();
         let last = (range.maximum_px / disparity_step_px - 1e-9).ceil().max(first);
         Self { minimum_px: first * disparity_step_px, disparity_step_px, count: (last - first) as usize + 1 }

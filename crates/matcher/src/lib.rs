@@ -1,39 +1,34 @@
 #![doc = include_str!("../README.md")]
 
-mod area;
-pub mod candidates;
-mod changing_light;
-mod contrast;
-pub mod cost;
-mod edge_refinement;
+mod aggregation;
+mod candidates;
+mod cost;
 pub mod evaluate;
-pub mod interpolation;
+mod fit;
 mod light_change;
-mod linear_epi;
-pub mod lines;
+mod lines;
 mod locking;
-pub mod mapping;
 mod maps;
 mod matcher;
-pub mod normalise;
 mod one_surface;
 mod options;
-mod outline;
 mod profile;
 mod quick;
-pub mod range;
-pub mod refine;
+mod range;
 mod search;
-mod window_sums;
-mod winner;
+mod validity;
 
-pub use candidates::DisparityRange;
+pub use candidates::{Candidates, DisparityRange};
+pub use cost::CostTable;
+pub use cost::interpolation::Interpolation;
 pub use light_change::LightChange;
+pub use lines::EpiLines;
 pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
-pub use maps::{DisparityMaps, OrderingUsed, Validity};
+pub use maps::{DisparityMaps, OrderingUsed};
 pub use matcher::{EqualDiscs, Matcher, match_volume};
 pub use options::{
     EQUAL_DISCS_PX, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
     OrderingConstraint, ReferenceFrame, Search,
 };
 pub use profile::line_profile;
+pub use validity::Validity;

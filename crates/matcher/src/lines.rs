@@ -7,15 +7,15 @@ use epirig_core::tau::Tau;
 
 /// Where the samples of one frame lie for all pixels of the reference frame under one disparity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shift {
+pub(crate) struct Shift {
     /// Whole pixels of the shift, towards the smaller.
-    pub whole: isize,
+    pub(crate) whole: isize,
     /// Rest of the shift, in [0, 1) px.
-    pub fraction: f64,
+    pub(crate) fraction: f64,
     /// First column of the reference frame whose sample lies inside the frame.
-    pub first: usize,
+    pub(crate) first: usize,
     /// One past the last such column; equal to `first` if no column is.
-    pub end: usize,
+    pub(crate) end: usize,
 }
 
 impl Shift {
@@ -57,13 +57,13 @@ impl EpiLines {
     ///
     /// # Panics
     /// If a column lies outside the image.
-    pub fn asking(self, columns: Range<usize>) -> Self {
+    pub(crate) fn asking(self, columns: Range<usize>) -> Self {
         assert!(columns.start <= columns.end && columns.end <= self.columns);
         Self { asked: columns, ..self }
     }
 
     /// Columns of the reference frame that are searched: all of them, unless others were asked for.
-    pub fn asked(&self) -> Range<usize> {
+    pub(crate) fn asked(&self) -> Range<usize> {
         self.asked.clone()
     }
 
@@ -99,7 +99,7 @@ impl EpiLines {
     }
 
     /// Shift of frame `t` under disparity `disparity_px`.
-    pub fn shift(&self, disparity_px: f64, t: usize) -> Shift {
+    pub(crate) fn shift(&self, disparity_px: f64, t: usize) -> Shift {
         Shift::by(disparity_px * self.offsets[t], self.columns)
     }
 }
@@ -107,16 +107,16 @@ impl EpiLines {
 /// Number of frames that see each pixel's candidate under one disparity; the reference frame counts on both
 /// sides.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sightings {
+pub(crate) struct Sightings {
     /// Frames up to and with the reference frame, for each column.
-    pub before: Vec<u16>,
+    pub(crate) before: Vec<u16>,
     /// Frames from the reference frame on, for each column.
-    pub after: Vec<u16>,
+    pub(crate) after: Vec<u16>,
 }
 
 impl Sightings {
     /// Counts the frames under `disparity_px`.
-    pub fn count(lines: &EpiLines, disparity_px: f64) -> Self {
+    pub(crate) fn count(lines: &EpiLines, disparity_px: f64) -> Self {
         let mut before = vec![0; lines.columns()];
         let mut after = vec![0; lines.columns()];
         for t in 0..lines.frames() {
@@ -134,22 +134,22 @@ impl Sightings {
 
 /// The rule that a candidate is seen by enough frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeenRule {
+pub(crate) struct SeenRule {
     /// Frames that must see the candidate; at least 3, for two always lie on a line.
-    pub minimum_frames: usize,
+    pub(crate) minimum_frames: usize,
     /// Whether one side of the reference frame may serve alone.
-    pub occlusion: Occlusion,
+    pub(crate) occlusion: Occlusion,
 }
 
 impl SeenRule {
     /// The rule for `frames` frames of which the share `min_visible` must see a point.
-    pub fn new(frames: usize, min_visible: f64, occlusion: Occlusion) -> Self {
+    pub(crate) fn new(frames: usize, min_visible: f64, occlusion: Occlusion) -> Self {
         let minimum_frames = (min_visible * frames as f64 - 1e-9).ceil() as usize;
         Self { minimum_frames: minimum_frames.max(3), occlusion }
     }
 
     /// Whether `count` sightings suffice.
-    pub fn suffices(&self, count: usize) -> bool {
+    pub(crate) fn suffices(&self, count: usize) -> bool {
         count >= self.minimum_frames
     }
 }

@@ -3,31 +3,8 @@
 use super::candidates::DisparityRange;
 use super::light_change::LightChange;
 use super::locking::PixelLocking;
+use super::validity::Validity;
 use epirig_core::grid::Grid;
-
-epirig_core::choices! {
-    /// Whether a pixel has an answer, and if not, why.
-    pub enum Validity {
-        /// One line fits: the pixel has a disparity.
-        Found = "found",
-        /// Its line leaves the image in too many frames.
-        LeavesImage = "leaves-image",
-        /// The best line is at an end of the range that was searched.
-        ///
-        /// The right one may lie beyond it.
-        BeyondRange = "beyond-range",
-        /// Too uncertain: little texture, or no line fits.
-        ///
-        /// The sigma of the disparity exceeds the limit, or noise alone explains the gradients.
-        NoTexture = "no-texture",
-        /// It is occluded in too many frames, or shows two surfaces.
-        Occluded = "occluded",
-        /// Several lines fit about as well, or no neighbour agrees.
-        Ambiguous = "ambiguous",
-        /// It is outside the region or the mask of the match.
-        Outside = "outside",
-    }
-}
 
 epirig_core::choices! {
     /// Whether the ordering constraint was applied.

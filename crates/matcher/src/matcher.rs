@@ -1,23 +1,25 @@
 //! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, verdict for each pixel.
 
-use rayon::prelude::*;
 use tracing::{debug, debug_span};
 
-use super::area::Area;
 use super::candidates::Candidates;
 use super::candidates::DisparityRange;
-use super::changing_light::changes_much;
-use super::cost::{Band, CostTable, band_costs};
-use super::edge_refinement::refine_edges;
+use super::cost::CostTable;
+use super::cost::changing_light::changes_much;
+use super::cost::exhaustive::{Band, band_costs};
+use super::cost::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
+use super::fit::{Fit, FitResult, Sizes, fit};
 use super::lines::{EpiLines, SeenRule};
 use super::locking::PixelLocking;
-use super::maps::{DisparityMaps, OrderingUsed, Validity};
-use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
+use super::maps::{DisparityMaps, OrderingUsed};
 use super::options::{MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Search};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
-use super::refine::{Fit, FitResult, Sizes, fit};
+use super::search::edge_refinement::refine_edges;
 use super::search::{Searched, Task, search};
+use super::validity::Validity;
+use super::validity::area::Area;
+use super::validity::verdicts::Verdicts;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
@@ -333,51 +335,4 @@ fn range_and_ordering(
         OrderingConstraint::Automatic => OrderingUsed::Off,
     };
     Ok((range, ordering))
-}
-
-struct Verdicts<'a> {
-    range: DisparityRange,
-    ordering: OrderingUsed,
-    options: &'a MatchOptions,
-}
-
-impl Verdicts<'_> {
-    /// Decides about each pixel's answer after the fit, and removes the numbers of pixels without one.
-    fn pass(&self, maps: &mut DisparityMaps, outliers: Option<&Grid<bool>>) {
-        let columns = maps.validity.columns();
-        let DisparityMaps { disparity, sigma, validity, confidence, .. } = maps;
-        let rows =
-            validity.values_mut().par_chunks_mut(columns).zip(disparity.values_mut().par_chunks_mut(columns));
-        let rows = rows.zip(sigma.values_mut().par_chunks_mut(columns));
-        rows.enumerate().for_each(|(y, ((answers, disparities), sigmas))| {
-            let confidences = confidence.row(y);
-            for (x, validity) in answers.iter_mut().enumerate() {
-                let outlier = outliers.is_some_and(|outliers| outliers.at(x, y));
-                if *validity == Validity::Found {
-                    *validity = self.of_fitted((disparities[x], sigmas[x]), outlier, confidences[x]);
-                }
-                if *validity != Validity::Found {
-                    (disparities[x], sigmas[x]) = (f32::NAN, f32::NAN);
-                }
-            }
-        });
-    }
-
-    fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), outlier: bool, confidence: f32) -> Validity {
-        let ambiguous = f64::from(confidence) < self.options.min_confidence;
-        // The fit may leave the candidates, but not the range by more than a step of it can.
-        let disparity = f64::from(disparity_px);
-        let outside = disparity < self.range.minimum_px - 1.0 || disparity > self.range.maximum_px + 1.0;
-        if sigma_px.is_nan() || f64::from(sigma_px) > self.options.max_sigma_px {
-            Validity::NoTexture
-        } else if outlier {
-            Validity::Occluded
-        } else if outside {
-            Validity::BeyondRange
-        } else if self.ordering == OrderingUsed::Off && ambiguous {
-            Validity::Ambiguous
-        } else {
-            Validity::Found
-        }
-    }
 }

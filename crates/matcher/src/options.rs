@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::candidates::{Candidates, DisparityRange};
-use super::interpolation::Interpolation;
+use super::cost::interpolation::Interpolation;
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::volume::Volume;
 
@@ -18,7 +18,7 @@ epirig_core::choices! {
         /// Variance of locally normalised frames: for light that varies between frames and over the image.
         ///
         /// Gains and offsets that change from frame to frame and slowly over the image do not count
-        /// ([`normalise`](super::normalise)). Costs are in units of a 32nd of the local standard deviation,
+        /// ([`normalise`](super::cost::normalise)). Costs are in units of a 32nd of the local standard deviation,
         /// squared.
         Normalised = "normalised",
         /// Correlation of windows with the reference frame's window.

@@ -1,6 +1,6 @@
 //! Intensities along one line of an EPI.
 
-use super::interpolation::{Interpolation, SampledEpi};
+use super::cost::interpolation::{Interpolation, SampledEpi};
 use super::lines::EpiLines;
 use epirig_core::volume::Volume;
 

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 
 use super::candidates::Candidates;
 use super::candidates::DisparityRange;
-use super::cost::{Band, band_costs};
+use super::cost::exhaustive::{Band, band_costs};
 use super::lines::{EpiLines, SeenRule};
 use super::options::{MatchOptions, Occlusion, OrderingConstraint, Search};
 use super::search::survey::RowSurvey;
-use super::winner::{confidences, winners};
+use super::search::winner::{confidences, winners};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -43,17 +43,17 @@ const UNORDERED_SHARE: f64 = 0.05;
 
 /// The result of the range survey.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Survey {
+pub(crate) struct Survey {
     /// The disparities that occur, with a margin.
-    pub range: DisparityRange,
+    pub(crate) range: DisparityRange,
     /// Whether neighbouring pixels keep their order in the first and the last frame.
-    pub ordered: bool,
+    pub(crate) ordered: bool,
 }
 
 /// Surveys a few rows of `volume`; `None` if no disparity is significant.
 ///
 /// A range given in `options` is kept, and only the order is surveyed.
-pub fn survey(volume: &Volume, lines: &EpiLines, options: &MatchOptions) -> Option<Survey> {
+pub(crate) fn survey(volume: &Volume, lines: &EpiLines, options: &MatchOptions) -> Option<Survey> {
     // One pixel of shift at the end of the baseline that is farther from the reference.
     let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
     // Beyond 1.25 image widths few points stay in view; 15000 px keep the candidates' indices in 16 bit.

@@ -1,21 +1,15 @@
-//! Costs of candidates: how badly the samples along a line agree.
+//! Matching cost: how badly the samples along a line agree.
 //!
-//! A cost row for one disparity is made of shifted rows only, so the kernels run over whole rows. Rows are
-//! treated in bands that share their neighbours' samples: a window of 7 rows then costs little more than one
-//! of 1 row.
+//! The exhaustive cost of a candidate comes from the samples of all frames (`exhaustive`), as in the paper. The
+//! factorised one makes most of the sums once for many candidates (`factorised`).
 
-mod band;
-mod correlation;
-mod kernels;
-#[cfg(test)]
-mod reference_tests;
-mod sides;
-mod variance;
-
-use super::candidates::Candidates;
-use super::lines::{EpiLines, SeenRule};
-use super::options::{MatchOptions, Method};
-pub(crate) use band::Band;
+pub(crate) mod changing_light;
+pub(crate) mod contrast;
+pub(crate) mod exhaustive;
+pub(crate) mod factorised;
+pub(crate) mod interpolation;
+pub(crate) mod linear_epi;
+pub(crate) mod normalise;
 
 /// Costs of all candidates of one EPI: candidates x columns; NaN where too few frames see the candidate.
 ///
@@ -32,7 +26,7 @@ impl CostTable {
     ///
     /// # Panics
     /// If the number of values is no multiple of `columns`.
-    pub fn from_values(columns: usize, values: Vec<f32>) -> Self {
+    pub(crate) fn from_values(columns: usize, values: Vec<f32>) -> Self {
         assert!(columns > 0 && values.len().is_multiple_of(columns));
         Self { columns, values }
     }
@@ -57,41 +51,7 @@ impl CostTable {
         self.values[k * self.columns + x]
     }
 
-    pub(super) fn row_mut(&mut self, k: usize) -> &mut [f32] {
+    pub(crate) fn row_mut(&mut self, k: usize) -> &mut [f32] {
         &mut self.values[k * self.columns..(k + 1) * self.columns]
     }
-}
-
-/// Costs of all candidates of the answered rows of `band`, one table for each.
-pub(super) fn band_costs(
-    band: &Band,
-    lines: &EpiLines,
-    candidates: &Candidates,
-    rule: SeenRule,
-    options: &MatchOptions,
-) -> Vec<CostTable> {
-    let empty = vec![f32::NAN; candidates.count() * lines.columns()];
-    let mut tables = vec![CostTable::from_values(lines.columns(), empty); band.answered.len()];
-    let mut kind = match options.method {
-        Method::Variance | Method::Normalised => {
-            Kind::Variance(variance::Variance::new(band, lines, options.interpolation))
-        }
-        method @ (Method::NccFirst | Method::NccMean) => {
-            Kind::Correlation(correlation::Correlation::new(band, lines, options.interpolation, method))
-        }
-    };
-    for k in 0..candidates.count() {
-        let disparity_px = candidates.disparity_px(k as f64);
-        let rows = tables.iter_mut().map(|table| table.row_mut(k));
-        match &mut kind {
-            Kind::Variance(costs) => costs.fill(disparity_px, rule, rows),
-            Kind::Correlation(costs) => costs.fill(disparity_px, rule, rows),
-        }
-    }
-    tables
-}
-
-enum Kind<'a> {
-    Variance(variance::Variance<'a>),
-    Correlation(correlation::Correlation<'a>),
 }

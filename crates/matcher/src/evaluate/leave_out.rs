@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::interpolation::{Interpolation, SampledEpi};
+use crate::cost::interpolation::{Interpolation, SampledEpi};
 use crate::{DisparityMaps, MatchError, MatchOptions, ReferenceFrame, match_volume};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Progress;

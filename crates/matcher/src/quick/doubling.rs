@@ -1,11 +1,11 @@
 //! From half the resolution to the whole one.
 //!
 //! On one surface disparities are interpolated. Where several surfaces lie around a pixel, edge refinement
-//! decides ([`edge_refinement`](crate::edge_refinement)).
+//! decides ([`edge_refinement`](crate::search::edge_refinement)).
 
 use rayon::prelude::*;
 
-use crate::edge_refinement::Around;
+use crate::search::edge_refinement::Around;
 use crate::search::{Searched, Task};
 use epirig_core::grid::Grid;
 

@@ -13,10 +13,10 @@ mod tests;
 use std::ops::Range;
 
 use super::candidates::DisparityRange;
+use super::fit::stepped;
 use super::lines::{EpiLines, SeenRule};
 use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::range::survey;
-use super::refine::stepped;
 use super::search::{Searched, Task, search};
 use doubling::refined;
 use epirig_core::progress::Progress;

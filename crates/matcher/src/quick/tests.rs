@@ -1,6 +1,6 @@
 use super::*;
-use crate::edge_refinement::tests::{COLUMNS, EDGE, NEAR_PX, ROWS, step, task};
-use crate::maps::Validity;
+use crate::search::edge_refinement::tests::{COLUMNS, EDGE, NEAR_PX, ROWS, step, task};
+use crate::validity::Validity;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::Grid;
 use proptest::prelude::*;

@@ -2,7 +2,7 @@
 
 use crate::candidates::Candidates;
 use crate::lines::EpiLines;
-use crate::maps::Validity;
+use crate::validity::Validity;
 use epirig_core::grid::Grid;
 
 /// The result of the search for each pixel of the reference frame; rows x columns.

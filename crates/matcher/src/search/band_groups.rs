@@ -5,9 +5,9 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 
 use super::answers::{RowAnswers, Searched};
-use super::rows::bands;
-use super::semi_global::{Bands, Penalties, Span};
 use super::task::Task;
+use crate::aggregation::rows::bands;
+use crate::aggregation::semi_global::{Bands, Penalties, Span};
 use crate::options::MatchError;
 use epirig_core::progress::Progress;
 

@@ -4,14 +4,15 @@ use std::ops::Range;
 
 use super::answers::{RowAnswers, Searched, bracketed, rival_distance};
 use super::band_groups::{Groups, groups_of_bands, penalties, searched_groups};
-use super::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
+use super::mapping::{OrderingLimits, neutral_cost, optimal_mapping};
 use super::task::Task;
+use super::winner::{confidences, parabola_vertex, winners};
+use crate::aggregation::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
 use crate::candidates::Candidates;
-use crate::cost::{Band, CostTable, band_costs};
-use crate::mapping::{OrderingLimits, neutral_cost, optimal_mapping};
+use crate::cost::CostTable;
+use crate::cost::exhaustive::{Band, band_costs};
 use crate::maps::OrderingUsed;
 use crate::options::MatchError;
-use crate::winner::{confidences, parabola_vertex, winners};
 use epirig_core::progress::Progress;
 
 /// Rows searched together, if their costs are few enough: they share the samples of their windows.

@@ -7,15 +7,15 @@
 use rayon::prelude::*;
 
 use super::answers::Searched;
-use super::limits::{NOISE_OF_FRAMES, limits};
-use super::plan::Plan;
-use super::rows::bands;
 use super::task::Task;
 use super::tolerance::Tolerance;
-use crate::linear_epi::LinearEpi;
+use crate::aggregation::rows::bands;
+use crate::cost::factorised::limits::{NOISE_OF_FRAMES, limits};
+use crate::cost::factorised::plan::Plan;
+use crate::cost::linear_epi::LinearEpi;
 use crate::lines::EpiLines;
-use crate::maps::Validity;
 use crate::one_surface::OneSurface;
+use crate::validity::Validity;
 use epirig_core::grid::Grid;
 
 /// Of the neighbours at most this far away, in px, ...

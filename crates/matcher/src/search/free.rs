@@ -12,14 +12,14 @@ use fearless_simd::Level;
 
 use super::answers::{RowAnswers, bracketed, rival_distance};
 use super::best::Best;
-use super::kernels;
-use super::limits::{NOISE_OF_GROUPS, limits};
-use super::plan::Plan;
-use super::semi_global::{Aggregated, Aggregation, PathAggregation, Span};
-use super::sweep::{Consumer, Window, sweep};
 use super::task::Task;
 use super::tolerance::Tolerance;
-use crate::maps::Validity;
+use crate::aggregation::semi_global::{Aggregated, Aggregation, PathAggregation, Span};
+use crate::aggregation::sweep::{Consumer, Window, sweep};
+use crate::cost::factorised::kernels;
+use crate::cost::factorised::limits::{NOISE_OF_GROUPS, limits};
+use crate::cost::factorised::plan::Plan;
+use crate::validity::Validity;
 
 /// The search of a volume without the ordering constraint.
 pub(super) struct Search<'a> {

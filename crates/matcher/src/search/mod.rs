@@ -1,51 +1,42 @@
 //! The search: every pixel's best disparity candidate, or why there is none.
 //!
-//! Two ways lead there. The exhaustive one is the paper's: the cost of each candidate from the samples of all
-//! frames ([`cost`](super::cost)). The factorised one makes most of the sums once for many candidates:
+//! The exhaustive search is the paper's: the cost of each candidate from the samples of all frames
+//! ([`exhaustive`]). The factorised search, the default, takes its costs from groups of frames:
 //!
-//! 1. [`groups`]: neighbouring frames form a dozen groups, whose mean and variance are summed up under a few
-//!    slopes.
-//! 2. [`kernels`]: the variance along a candidate is the variance between the groups' means plus the mean of
-//!    the variances within the groups. Where points may be occluded, each group's share in it is truncated.
-//! 3. [`sweep`]: windows by running sums, so that any window costs about the same.
-//! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over
-//!    windows that may lie to one side of it, and where none can be believed, the best of its neighbours'
+//! 1. [`sweep`]: windows by running sums, so that any window costs about the same.
+//! 2. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over
+//!    windows that may lie to one side of it, and where none is significant, the best of its neighbours'
 //!    ([`filling`]). How far frames may deviate before they count as occluding a point is measured first
 //!    ([`scene_tolerance`]).
-//! 5. [`semi_global`]: where texture is weak, costs may be aggregated across rows before that; this serves
-//!    both searches.
+//! 3. Where texture is weak, costs may be aggregated across rows before that; this serves both searches.
 
 mod answers;
 mod band_groups;
 mod best;
+pub(crate) mod edge_refinement;
 mod exhaustive;
 mod filling;
 mod free;
-mod groups;
-mod kernels;
-mod limits;
+mod mapping;
 mod ordered;
-mod plan;
-mod row_costs;
-mod rows;
 mod scene_tolerance;
-mod semi_global;
 pub(super) mod survey;
-mod sweep;
 mod task;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod tolerance;
+pub(crate) mod winner;
 
+use super::aggregation::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
+use super::aggregation::sweep;
 use super::candidates::Candidates;
+use super::cost::factorised::plan::Plan;
 use super::maps::OrderingUsed;
 use super::options::{MatchError, Occlusion, Search};
 pub(super) use answers::Searched;
 use band_groups::{groups_of_bands, penalties, searched_groups};
 use epirig_core::progress::Progress;
-use plan::Plan;
 use scene_tolerance::measured_tolerance;
-use semi_global::{Aggregation, PathAggregation, Span, typical_cost};
 pub(super) use task::Task;
 
 /// The factorised search has a larger disparity step by this factor: the vertex of a parabola is good to a

@@ -7,14 +7,14 @@ use std::ops::Range;
 use fearless_simd::Level;
 
 use super::answers::{RowAnswers, bracketed, rival_distance};
-use super::kernels;
-use super::plan::Plan;
-use super::semi_global::{Aggregated, PathAggregation};
-use super::sweep::Consumer;
+use super::mapping::{OrderingLimits, optimal_mapping};
+use super::winner::parabola_vertex;
+use crate::aggregation::semi_global::{Aggregated, PathAggregation};
+use crate::aggregation::sweep::Consumer;
 use crate::cost::CostTable;
+use crate::cost::factorised::kernels;
+use crate::cost::factorised::plan::Plan;
 use crate::lines::EpiLines;
-use crate::mapping::{OrderingLimits, optimal_mapping};
-use crate::winner::parabola_vertex;
 
 /// Maps one row after the other.
 pub(super) struct Ordered<'a> {
@@ -64,7 +64,7 @@ impl<'a> Ordered<'a> {
         }
     }
 
-    /// As [`neutral_cost`](crate::mapping::neutral_cost) has it.
+    /// As [`neutral_cost`](super::mapping::neutral_cost) has it.
     fn neutral(&self) -> Option<f32> {
         let columns = || (0..self.known.len()).filter(|&x| self.known[x] > 0.0);
         let mut least: Vec<f32> = columns().map(|x| self.least[x]).collect();

@@ -6,12 +6,12 @@ use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
 
 use super::free;
-use super::plan::Plan;
-use super::rows::sampled_rows;
-use super::semi_global::Span;
-use super::sweep::Window;
 use super::task::Task;
 use super::tolerance::Tolerance;
+use crate::aggregation::rows::sampled_rows;
+use crate::aggregation::semi_global::Span;
+use crate::aggregation::sweep::Window;
+use crate::cost::factorised::plan::Plan;
 
 /// Frames are taken to disagree beyond this many times the mean squared deviation of right candidates: two
 /// standard deviations.

@@ -1,10 +1,10 @@
 //! Best candidates of single rows, for the range survey: only the winners are kept.
 
 use super::best::Best;
-use super::kernels;
-use super::plan::Plan;
-use super::row_costs::RowCosts;
 use crate::candidates::Candidates;
+use crate::cost::factorised::kernels;
+use crate::cost::factorised::plan::Plan;
+use crate::cost::factorised::row_costs::RowCosts;
 use crate::lines::{EpiLines, SeenRule};
 use crate::options::Method;
 use epirig_core::volume::Volume;

@@ -1,13 +1,13 @@
 //! The factorised search beside the definition, the exhaustive search and scenes whose truth is known in
 //! closed form.
 
-use super::sweep::{Consumer, Window, sweep};
 use super::*;
+use crate::aggregation::sweep::{Consumer, Window, sweep};
 use crate::candidates::DisparityRange;
 use crate::lines::{EpiLines, SeenRule};
-use crate::maps::Validity;
 use crate::options::MatchOptions;
 use crate::options::{Method, OrderingConstraint, ReferenceFrame};
+use crate::validity::Validity;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
@@ -16,7 +16,7 @@ use epirig_core::volume::Volume;
 
 /// A texture without end: values at lattice points `grain` px apart from a hash of place and `seed`, joined
 /// by cosines.
-pub(super) fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
+pub(crate) fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
     let value = |cell: i64| {
         let mut bits = (cell as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
             ^ (y as u64 + 1).wrapping_mul(0xD1B5_4A32_D192_ED03)
@@ -33,7 +33,7 @@ pub(super) fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
 }
 
 /// A volume of 8 bit whose sample at (x, y, t) is `shade(x, y, tau)` in 0 to 1.
-pub(super) fn volume(
+pub(crate) fn volume(
     rows: usize,
     columns: usize,
     tau: &Tau,
@@ -186,7 +186,7 @@ fn windows_are_means_over_the_pixels_that_there_are() {
     }
 }
 
-pub(super) fn searched(
+pub(crate) fn searched(
     volume: &Volume,
     reference: usize,
     ordering: OrderingUsed,

@@ -6,10 +6,9 @@ use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::{TruthReport, compare_with_truth};
-use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::{
-    DisparityMaps, DisparityRange, MatchOptions, Method, OrderingConstraint, OrderingUsed, ReferenceFrame,
-    Validity, match_volume,
+    DisparityMaps, DisparityRange, Interpolation, MatchOptions, Method, OrderingConstraint, OrderingUsed,
+    ReferenceFrame, Validity, match_volume,
 };
 use epirig_simulator::{Carried, Scene, Simulator, SimulatorConfig};
 

@@ -1,0 +1,20 @@
+//! The rows of an image, in pieces for threads and as a sample.
+
+use std::ops::Range;
+
+/// Rows that a thread searches in one go; windows reach a little beyond them.
+pub(crate) const BAND_ROWS: usize = 32;
+
+/// The rows of an image in pieces for one thread each.
+pub(crate) fn bands(rows: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..rows).step_by(BAND_ROWS).map(move |y| y..(y + BAND_ROWS).min(rows))
+}
+
+/// Number of rows in which the cost of right candidates is measured.
+const SAMPLED_ROWS: usize = 8;
+
+/// A few rows, spread over an image of `rows`.
+pub(crate) fn sampled_rows(rows: usize) -> Vec<usize> {
+    let count = SAMPLED_ROWS.min(rows);
+    (0..count).map(|index| (2 * index + 1) * rows / (2 * count)).collect()
+}

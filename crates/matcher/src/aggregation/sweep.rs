@@ -1,0 +1,94 @@
+//! Costs of all candidates, row after row, averaged over windows by running sums.
+
+use std::ops::Range;
+
+use crate::cost::factorised::kernels;
+use crate::cost::factorised::plan::Plan;
+use crate::cost::factorised::row_costs::RowCosts;
+use epirig_core::volume::Volume;
+
+/// Half sides of a window, rounded down, in px.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Window {
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
+}
+
+/// A consumer of the costs.
+pub(crate) trait Consumer {
+    /// Where single costs are to be truncated in row `y`; `None` asks for plain variances.
+    fn limit(&self, y: usize) -> Option<&[f32]>;
+
+    /// Costs of the single pixels of row `y` under candidate `k`, in the runs of the candidate, before they
+    /// are averaged over windows.
+    fn enter(&mut self, _y: usize, _k: usize, _single: &[f32]) {}
+
+    /// Mean costs over the windows around the pixels of row `y` under candidate `k`, in the runs of the
+    /// candidate; they may be changed. Candidates come in their order, and all of them for a row before the
+    /// next row.
+    fn take(&mut self, y: usize, k: usize, costs: &mut [f32]);
+
+    /// All costs of row `y` have been taken.
+    fn row_done(&mut self, y: usize);
+}
+
+/// Hands the costs of the windows around all pixels of rows `centres` to `consumer`.
+pub(crate) fn sweep(
+    volume: &Volume,
+    plan: &Plan,
+    window: Window,
+    centres: Range<usize>,
+    consumer: &mut impl Consumer,
+) {
+    let columns = plan.columns;
+    let count = plan.candidates.count();
+    let height = 2 * window.rows + 1;
+    let mut costs = RowCosts::new(volume, plan);
+    let level = costs.level;
+    let (mut single, mut boxed, mut out) = (vec![0.0; columns], vec![0.0; columns], vec![0.0; columns]);
+    // Means over columns of the rows in the window, and their sums: candidates x columns each.
+    let mut ring = vec![vec![0.0_f32; count * columns]; height];
+    let mut totals = vec![0.0_f32; count * columns];
+    for entering in centres.start.saturating_sub(window.rows)..centres.end + window.rows {
+        let enters = entering < volume.rows();
+        let centre = entering.checked_sub(window.rows).filter(|&y| y >= centres.start);
+        let first = (entering + 1).saturating_sub(height);
+        let scale = 1.0 / ((entering + 1).min(volume.rows()) - first) as f32;
+        let leaving = &mut ring[entering % height];
+        if enters {
+            costs.load_row(entering);
+        } else {
+            boxed.fill(0.0);
+        }
+        for slab in &plan.slabs {
+            if enters {
+                costs.load_slab(slab);
+            }
+            for k in slab.candidates.clone() {
+                if enters {
+                    costs.single(k, consumer.limit(entering), &mut single);
+                    consumer.enter(entering, k, &single);
+                }
+                for run in &plan.coverage[k].runs {
+                    let place = k * columns + run.start..k * columns + run.end;
+                    if enters {
+                        kernels::box_means(
+                            level,
+                            &single[run.clone()],
+                            window.columns,
+                            &mut boxed[run.clone()],
+                        );
+                    }
+                    let (leaving, total) = (&mut leaving[place.clone()], &mut totals[place]);
+                    kernels::slide(level, &boxed[run.clone()], leaving, total, scale, &mut out[run.clone()]);
+                }
+                if let Some(y) = centre {
+                    consumer.take(y, k, &mut out);
+                }
+            }
+        }
+        if let Some(y) = centre {
+            consumer.row_done(y);
+        }
+    }
+}

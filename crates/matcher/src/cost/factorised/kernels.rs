@@ -1,0 +1,392 @@
+//! The inner loops over whole rows, compiled for each instruction set and chosen at run time.
+//!
+//! Rows are processed in chunks whose sums stay in registers over all frames or groups.
+
+use std::ops::Range;
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use super::plan::{GroupShift, PAD, Segment};
+use crate::lines::Shift;
+
+/// Columns of a chunk. Each row is followed by as many values of any kind, so that its last chunk can be
+/// processed as a whole; results beyond the row's end are dropped.
+pub(crate) const CHUNK: usize = 64;
+
+/// Rows of equal length behind each other, each with its pads.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rows<'a> {
+    pub(crate) values: &'a [f32],
+    pub(crate) stride: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// `count` values of row `index` from column `start` on.
+    #[inline(always)]
+    fn part(&self, index: usize, start: isize, count: usize) -> &'a [f32] {
+        let first = (index * self.stride + PAD) as isize + start;
+        &self.values[first as usize..first as usize + count]
+    }
+}
+
+/// Mean of the samples of a group's `frames` under `shifts`, and their variance about it, for the given
+/// columns of `mean` and `spread`. `anchor` is a row near the mean, to be taken off before squaring.
+pub(crate) fn group_sums(
+    level: Level,
+    epi: Rows<'_>,
+    (frames, shifts): (Range<usize>, &[Shift]),
+    anchor: &[f32],
+    columns: Range<usize>,
+    [mean, spread]: [&mut [f32]; 2],
+) {
+    dispatch!(level, simd => group_rows(simd, epi, (frames, shifts), anchor, columns, [mean, spread]));
+}
+
+#[inline(always)]
+fn group_rows<S: Simd>(
+    _simd: S,
+    epi: Rows<'_>,
+    (frames, shifts): (Range<usize>, &[Shift]),
+    anchor: &[f32],
+    columns: Range<usize>,
+    [mean, spread]: [&mut [f32]; 2],
+) {
+    for x in columns.clone().step_by(CHUNK) {
+        let (mut chunk_mean, mut chunk_spread) = ([0.0; CHUNK], [0.0; CHUNK]);
+        group_chunk(epi, (frames.clone(), shifts), &anchor[x..], x, [&mut chunk_mean, &mut chunk_spread]);
+        let count = CHUNK.min(columns.end - x);
+        mean[x..x + count].copy_from_slice(&chunk_mean[..count]);
+        spread[x..x + count].copy_from_slice(&chunk_spread[..count]);
+    }
+}
+
+#[inline(always)]
+fn group_chunk(
+    epi: Rows<'_>,
+    (frames, shifts): (Range<usize>, &[Shift]),
+    anchor: &[f32],
+    x: usize,
+    [mean, spread]: [&mut [f32; CHUNK]; 2],
+) {
+    const N: usize = CHUNK;
+    let anchor = &anchor[..N];
+    let scale = 1.0 / frames.len() as f32;
+    let (mut sum, mut squares) = ([0.0_f32; N], [0.0_f32; N]);
+    for t in frames {
+        let shift = &shifts[t];
+        let samples = epi.part(t, x as isize + shift.whole, N + 1);
+        let (left, right) = (&samples[..N], &samples[1..N + 1]);
+        let fraction = shift.fraction as f32;
+        for i in 0..N {
+            let deviation = left[i] + fraction * (right[i] - left[i]) - anchor[i];
+            sum[i] += deviation;
+            squares[i] += deviation * deviation;
+        }
+    }
+    for i in 0..N {
+        let deviation = sum[i] * scale;
+        mean[i] = anchor[i] + deviation;
+        spread[i] = (squares[i] * scale - deviation * deviation).max(0.0);
+    }
+}
+
+/// The terms of the costs of one candidate, for one row.
+#[derive(Clone, Copy)]
+pub(crate) struct Terms<'a> {
+    /// Means and variances of each group.
+    pub(crate) means: Rows<'a>,
+    pub(crate) spreads: Rows<'a>,
+    /// Frames of each group.
+    pub(crate) frames: &'a [f32],
+    /// How many groups lie before the reference frame.
+    pub(crate) before: usize,
+    /// The reference frame.
+    pub(crate) anchor: &'a [f32],
+    /// Shift of each group.
+    pub(crate) shifts: &'a [GroupShift],
+}
+
+/// Variance of the frames along the candidate, unbiased; the least of those that the segment allows.
+pub(crate) fn variance(level: Level, terms: Terms<'_>, segment: &Segment, out: &mut [f32]) {
+    dispatch!(level, simd => variance_row(simd, terms, segment, out));
+}
+
+#[inline(always)]
+fn variance_row<S: Simd>(_simd: S, terms: Terms<'_>, segment: &Segment, out: &mut [f32]) {
+    let columns = segment.columns.clone();
+    for x in columns.clone().step_by(CHUNK) {
+        let mut chunk = [0.0; CHUNK];
+        variance_chunk(terms, segment, x, &mut chunk);
+        let count = CHUNK.min(columns.end - x);
+        out[x..x + count].copy_from_slice(&chunk[..count]);
+    }
+}
+
+#[inline(always)]
+fn variance_chunk(terms: Terms<'_>, segment: &Segment, x: usize, out: &mut [f32; CHUNK]) {
+    const N: usize = CHUNK;
+    let [all, alone_before, alone_after] = segment.allowed;
+    let (sum, squares, frames) = terms.sums::<N>(segment.groups.start..terms.before, x);
+    let (sum_after, squares_after, frames_after) = terms.sums::<N>(terms.before..segment.groups.end, x);
+    // The reference frame deviates by nothing from itself; it counts on both sides.
+    let both = [1.0 + frames, 1.0 + frames_after, 1.0 + frames + frames_after];
+    let scales = both.map(|count| 1.0 / (count - 1.0).max(1.0));
+    let shares = both.map(|count| 1.0 / count);
+    for i in 0..N {
+        let cost = |sum: f32, squares: f32, side: usize| {
+            ((squares - sum * sum * shares[side]) * scales[side]).max(0.0)
+        };
+        let mut best = f32::INFINITY;
+        if all {
+            best = cost(sum[i] + sum_after[i], squares[i] + squares_after[i], 2);
+        }
+        if alone_before {
+            best = lesser(best, cost(sum[i], squares[i], 0));
+        }
+        if alone_after {
+            best = lesser(best, cost(sum_after[i], squares_after[i], 1));
+        }
+        out[i] = best;
+    }
+}
+
+impl<'a> Terms<'a> {
+    /// Sums over `groups` of the deviations from the reference frame and of their squares, and the frames.
+    #[inline(always)]
+    fn sums<const N: usize>(&self, groups: Range<usize>, x: usize) -> ([f32; N], [f32; N], f32) {
+        let anchor = &self.anchor[x..x + N];
+        let (mut sum, mut squares, mut count) = ([0.0_f32; N], [0.0_f32; N], 0.0_f32);
+        for g in groups {
+            let (left, right, fraction) = self.samples::<N>(g, x);
+            let (spreads, frames) = (self.spreads::<N>(g, x), self.frames[g]);
+            count += frames;
+            for i in 0..N {
+                let deviation = left[i] + fraction * (right[i] - left[i]) - anchor[i];
+                sum[i] += frames * deviation;
+                squares[i] += frames * (deviation * deviation + spreads[i]);
+            }
+        }
+        (sum, squares, count)
+    }
+
+    #[inline(always)]
+    fn samples<const N: usize>(&self, g: usize, x: usize) -> (&'a [f32], &'a [f32], f32) {
+        let shift = self.shifts[g];
+        let samples = self.means.part(g, x as isize + shift.whole, N + 1);
+        (&samples[..N], &samples[1..N + 1], shift.fraction)
+    }
+
+    #[inline(always)]
+    fn spreads<const N: usize>(&self, g: usize, x: usize) -> &'a [f32] {
+        &self.spreads.part(g, x as isize + self.shifts[g].nearest, N)[..N]
+    }
+}
+
+/// The lesser of two numbers; unlike `f32::min` a single instruction.
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// Share of the frames that disagree with the reference frame, in units of `limit`: each group deviates from
+/// the mean of those that agree by its squared difference and its own variance, and by `limit` at most.
+///
+/// So a frame in which the point is occluded costs the same, whatever occludes it.
+pub(crate) fn truncated(level: Level, terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
+    dispatch!(level, simd => truncated_row(simd, terms, segment, limit, out));
+}
+
+#[inline(always)]
+fn truncated_row<S: Simd>(_simd: S, terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
+    let columns = segment.columns.clone();
+    for x in columns.clone().step_by(CHUNK) {
+        let mut chunk = [0.0; CHUNK];
+        truncated_chunk(terms, segment, x, &limit[x..], &mut chunk);
+        let count = CHUNK.min(columns.end - x);
+        out[x..x + count].copy_from_slice(&chunk[..count]);
+    }
+}
+
+#[inline(always)]
+fn truncated_chunk(terms: Terms<'_>, segment: &Segment, x: usize, limit: &[f32], out: &mut [f32; CHUNK]) {
+    const N: usize = CHUNK;
+    let limit = &limit[..N];
+    let anchor = &terms.anchor[x..x + N];
+    let (mut sum, mut count) = ([0.0_f32; N], [1.0_f32; N]);
+    let mut all = 1.0;
+    for g in segment.groups.clone() {
+        let (spreads, frames) = (terms.spreads::<N>(g, x), terms.frames[g]);
+        let (left, right, fraction) = terms.samples::<N>(g, x);
+        all += frames;
+        for i in 0..N {
+            let deviation = left[i] + fraction * (right[i] - left[i]) - anchor[i];
+            let agrees = if deviation * deviation + spreads[i] < limit[i] { frames } else { 0.0 };
+            sum[i] += agrees * deviation;
+            count[i] += agrees;
+        }
+    }
+    let mut mean = [0.0_f32; N];
+    let mut cost = [0.0_f32; N];
+    for i in 0..N {
+        mean[i] = sum[i] / count[i];
+        cost[i] = lesser(mean[i] * mean[i], limit[i]);
+        mean[i] += anchor[i];
+    }
+    for g in segment.groups.clone() {
+        let (spreads, frames) = (terms.spreads::<N>(g, x), terms.frames[g]);
+        let (left, right, fraction) = terms.samples::<N>(g, x);
+        for i in 0..N {
+            let deviation = left[i] + fraction * (right[i] - left[i]) - mean[i];
+            cost[i] += frames * lesser(deviation * deviation + spreads[i], limit[i]);
+        }
+    }
+    let scale = 1.0 / all;
+    for i in 0..N {
+        out[i] = cost[i] * scale;
+    }
+}
+
+/// `out[x] = mean of values[x - half ..= x + half]`, as far as they exist.
+pub(crate) fn box_means(level: Level, values: &[f32], half: usize, out: &mut [f32]) {
+    dispatch!(level, simd => box_row_means(simd, values, half, out));
+}
+
+#[inline(always)]
+fn box_row_means<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]) {
+    let count = values.len();
+    let out = &mut out[..count];
+    fold_windows(values, half, out, |sum, value| sum + value);
+    let scale = 1.0 / (2 * half + 1) as f32;
+    let inner = half.min(count)..count.saturating_sub(half).max(half.min(count));
+    out[inner.clone()].iter_mut().for_each(|value| *value *= scale);
+    for x in (0..inner.start).chain(inner.end..count) {
+        out[x] /= ((x + half + 1).min(count) - x.saturating_sub(half)) as f32;
+    }
+}
+
+/// `out[x] = least of values[x - half ..= x + half]`, as far as they exist.
+pub(crate) fn box_minima(level: Level, values: &[f32], half: usize, out: &mut [f32]) {
+    dispatch!(level, _simd => fold_windows(values, half, out, lesser));
+}
+
+/// `out[x]` = the values of values[x - half ..= x + half], as far as they exist, joined by `join` from the
+/// middle outwards.
+#[inline(always)]
+fn fold_windows(values: &[f32], half: usize, out: &mut [f32], join: impl Fn(f32, f32) -> f32) {
+    let count = values.len();
+    let out = &mut out[..count];
+    out.copy_from_slice(values);
+    for offset in 1..=half.min(count.saturating_sub(1)) {
+        let rest = count - offset;
+        let (right, left) = (&values[offset..], &values[..rest]);
+        for i in 0..rest {
+            out[i] = join(out[i], right[i]);
+        }
+        let out = &mut out[offset..];
+        for i in 0..rest {
+            out[i] = join(out[i], left[i]);
+        }
+    }
+}
+
+/// `total += entering - leaving`, `leaving = entering`, `out = total * scale` but not below zero.
+pub(crate) fn slide(
+    level: Level,
+    entering: &[f32],
+    leaving: &mut [f32],
+    total: &mut [f32],
+    scale: f32,
+    out: &mut [f32],
+) {
+    dispatch!(level, simd => slide_row(simd, entering, leaving, total, scale, out));
+}
+
+#[inline(always)]
+fn slide_row<S: Simd>(
+    _simd: S,
+    entering: &[f32],
+    leaving: &mut [f32],
+    total: &mut [f32],
+    scale: f32,
+    out: &mut [f32],
+) {
+    let count = entering.len();
+    let (leaving, total, out) = (&mut leaving[..count], &mut total[..count], &mut out[..count]);
+    for i in 0..count {
+        total[i] += entering[i] - leaving[i];
+        leaving[i] = entering[i];
+        let mean = total[i] * scale;
+        out[i] = if mean > 0.0 { mean } else { 0.0 };
+    }
+}
+
+/// `least = min(least, values)`.
+pub(crate) fn keep_lesser(level: Level, values: &[f32], least: &mut [f32]) {
+    dispatch!(level, simd => keep_lesser_row(simd, values, least));
+}
+
+#[inline(always)]
+fn keep_lesser_row<S: Simd>(_simd: S, values: &[f32], least: &mut [f32]) {
+    let count = values.len();
+    let least = &mut least[..count];
+    for i in 0..count {
+        least[i] = lesser(values[i], least[i]);
+    }
+}
+
+/// `out *= factors`.
+pub(crate) fn multiply(level: Level, factors: &[f32], out: &mut [f32]) {
+    dispatch!(level, simd => multiply_row(simd, factors, out));
+}
+
+#[inline(always)]
+fn multiply_row<S: Simd>(_simd: S, factors: &[f32], out: &mut [f32]) {
+    let count = factors.len();
+    let out = &mut out[..count];
+    for i in 0..count {
+        out[i] *= factors[i];
+    }
+}
+
+/// `least = min(least, values)` where candidate `k` lies at least `apart` from the chosen one; unknown values
+/// are no rivals.
+pub(crate) fn keep_rivals(
+    level: Level,
+    values: &[f32],
+    chosen: &[i32],
+    (k, apart): (usize, usize),
+    least: &mut [f32],
+) {
+    dispatch!(level, simd => keep_row_rivals(simd, values, chosen, (k, apart), least));
+}
+
+#[inline(always)]
+fn keep_row_rivals<S: Simd>(
+    _simd: S,
+    values: &[f32],
+    chosen: &[i32],
+    (k, apart): (usize, usize),
+    least: &mut [f32],
+) {
+    let count = values.len();
+    let (chosen, least) = (&chosen[..count], &mut least[..count]);
+    let (k, apart) = (k as i32, apart as i32);
+    for i in 0..count {
+        let rival = (k - chosen[i]).abs() >= apart && values[i] < least[i];
+        least[i] = if rival { values[i] } else { least[i] };
+    }
+}
+
+/// `out += values * scale`.
+pub(crate) fn add_scaled(level: Level, values: &[f32], scale: f32, out: &mut [f32]) {
+    dispatch!(level, simd => add_scaled_row(simd, values, scale, out));
+}
+
+#[inline(always)]
+fn add_scaled_row<S: Simd>(_simd: S, values: &[f32], scale: f32, out: &mut [f32]) {
+    let count = values.len();
+    let out = &mut out[..count];
+    for i in 0..count {
+        out[i] += values[i] * scale;
+    }
+}
