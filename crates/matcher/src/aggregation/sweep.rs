@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use fearless_simd::dispatch;
+
 use crate::cost::factorised::kernels;
 use crate::cost::factorised::plan::Plan;
 use crate::cost::factorised::row_costs::RowCosts;
@@ -72,15 +74,12 @@ pub(crate) fn sweep(
                 for run in &plan.coverage[k].runs {
                     let place = k * columns + run.start..k * columns + run.end;
                     if enters {
-                        kernels::box_means(
-                            level,
-                            &single[run.clone()],
-                            window.columns,
-                            &mut boxed[run.clone()],
-                        );
+                        let (single, boxed) = (&single[run.clone()], &mut boxed[run.clone()]);
+                        dispatch!(level, _simd => kernels::box_means(single, window.columns, boxed));
                     }
                     let (leaving, total) = (&mut leaving[place.clone()], &mut totals[place]);
-                    kernels::slide(level, &boxed[run.clone()], leaving, total, scale, &mut out[run.clone()]);
+                    let (entering, out) = (&boxed[run.clone()], &mut out[run.clone()]);
+                    dispatch!(level, _simd => kernels::slide(entering, leaving, total, scale, out));
                 }
                 if let Some(y) = centre {
                     consumer.take(y, k, &mut out);

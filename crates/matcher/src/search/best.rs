@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, dispatch};
+
+use super::winner::{confidence, vertex};
+use crate::cost::factorised::kernels::keep_lesser;
 
 /// The best candidates of one row and their rivals; unknown costs are infinite.
 pub(super) struct Best {
@@ -66,13 +69,13 @@ impl Best {
         let slots = self.recent.len();
         let mut row = std::mem::take(&mut self.recent[k % slots]);
         // The costs in this slot are `apart` candidates old, and rivals from now on.
-        dispatch!(self.level, simd => keep_lesser(simd, &row, &mut self.kept.earlier));
+        dispatch!(self.level, _simd => keep_lesser(&row, &mut self.kept.earlier));
         row.fill(f32::INFINITY);
         for (columns, costs) in runs {
             row[columns].copy_from_slice(costs);
         }
         let previous = &self.recent[(k + slots - 1) % slots];
-        dispatch!(self.level, simd => keep_best(simd, &row, previous, (k, self.apart), &mut self.kept));
+        dispatch!(self.level, _simd => keep_best(&row, previous, k as i32, self.apart as i32, &mut self.kept));
         self.recent[k % slots] = row;
     }
 
@@ -82,47 +85,20 @@ impl Best {
         (k >= 0).then(|| (k as usize, self.kept.cost[x]))
     }
 
-    /// How much better the winner is than its best rival: 1 - cost / other cost, `resolution` added to both;
-    /// NaN without a rival.
+    /// [Confidence](confidence) of the winner.
     pub(super) fn confidence(&self, x: usize, resolution: f32) -> f32 {
-        let rival = self.kept.rival[x];
-        if rival == f32::INFINITY {
-            return f32::NAN;
-        }
-        (1.0 - (self.kept.cost[x] + resolution) / (rival + resolution)).clamp(0.0, 1.0)
+        confidence(self.kept.cost[x], self.kept.rival[x], resolution)
     }
 
-    /// Where between its neighbours the least cost lies: the vertex of the parabola through three costs, less
-    /// than half a candidate away; zero where a neighbour is unknown.
+    /// Where between its neighbours the least cost lies, in candidates from the winner.
     pub(super) fn vertex(&self, x: usize) -> f64 {
-        let [before, here, after] =
-            [self.kept.before[x], self.kept.cost[x], self.kept.after[x]].map(f64::from);
-        let curvature = before - 2.0 * here + after;
-        if curvature > 0.0 && curvature.is_finite() {
-            (0.5 * (before - after) / curvature).clamp(-0.499, 0.499)
-        } else {
-            0.0
-        }
+        vertex([self.kept.before[x], self.kept.cost[x], self.kept.after[x]])
     }
 }
 
 #[inline(always)]
-fn keep_lesser<S: Simd>(_simd: S, values: &[f32], least: &mut [f32]) {
-    for (least, &value) in least.iter_mut().zip(values) {
-        *least = if value < *least { value } else { *least };
-    }
-}
-
-#[inline(always)]
-fn keep_best<S: Simd>(
-    _simd: S,
-    costs: &[f32],
-    previous: &[f32],
-    (k, apart): (usize, usize),
-    kept: &mut Kept,
-) {
+fn keep_best(costs: &[f32], previous: &[f32], k: i32, apart: i32, kept: &mut Kept) {
     let count = costs.len();
-    let (k, apart) = (k as i32, apart as i32);
     let previous = &previous[..count];
     let (best, candidate) = (&mut kept.cost[..count], &mut kept.candidate[..count]);
     let (before, after) = (&mut kept.before[..count], &mut kept.after[..count]);

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::answers::{RowAnswers, Searched, bracketed, rival_distance};
+use super::answers::{RowAnswers, Searched, rival_distance};
 use super::band_groups::{Groups, groups_of_bands, penalties, searched_groups};
-use super::mapping::{OrderingLimits, neutral_cost, optimal_mapping};
+use super::choice::Choice;
+use super::mapping::OrderingLimits;
 use super::task::Task;
-use super::winner::{confidences, parabola_vertex, winners};
 use crate::aggregation::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
 use crate::candidates::Candidates;
 use crate::cost::CostTable;
@@ -25,14 +25,23 @@ const BAND_COSTS: usize = 1 << 24;
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
 pub(super) fn searched(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
-    let Task { volume, range, options, .. } = task;
-    let search = Exhaustive { task, candidates: Candidates::covering(range, options.disparity_step_px) };
+    let Task { volume, lines, range, ordering, options, .. } = task;
+    let step_px = options.disparity_step_px;
+    let apart = rival_distance(lines, step_px);
+    let choice = Choice {
+        candidates: Candidates::covering(range, step_px),
+        limits: (ordering == OrderingUsed::On).then(|| OrderingLimits::new(lines, step_px)),
+        apart,
+        rivals_apart: apart.max(2),
+        resolution: options.method.resolution(),
+    };
+    let search = Exhaustive { task, choice };
     if !options.semi_global {
         let bands = search.pieces(0..volume.rows()).map(Span::alone).collect();
         let groups = Groups { groups: vec![bands], band_counts: 0 };
         return Ok(searched_groups(task, groups, progress, |span, _| search.single_rows(span.answered)));
     }
-    let groups = groups_of_bands(task, search.candidates.count())?;
+    let groups = groups_of_bands(task, search.choice.candidates.count())?;
     let typical = typical_cost(volume.rows(), options.method.resolution(), |y| {
         search.single_rows(y..y + 1).into_iter().flat_map(|row| row.cost).collect()
     });
@@ -44,32 +53,30 @@ pub(super) fn searched(task: Task<'_>, progress: &dyn Progress) -> Result<Search
 
 struct Exhaustive<'a> {
     task: Task<'a>,
-    candidates: Candidates,
+    choice: Choice,
 }
 
 impl Exhaustive<'_> {
     /// `rows` in pieces whose costs may be held as numbers of 32 bit.
     fn pieces(&self, rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-        let row = self.task.volume.columns() * self.candidates.count();
+        let row = self.task.volume.columns() * self.choice.candidates.count();
         let count = (BAND_COSTS / row).clamp(1, BAND_ROWS);
         rows.clone().step_by(count).map(move |y| y..(y + count).min(rows.end))
     }
 
     fn tables(&self, rows: Range<usize>) -> Vec<CostTable> {
         let Task { volume, lines, rule, options, .. } = self.task;
-        band_costs(&Band::new(volume, rows, options), lines, &self.candidates, rule, options)
+        band_costs(&Band::new(volume, rows, options), lines, &self.choice.candidates, rule, options)
     }
 
     /// Answers of rows that are searched each by itself.
     fn single_rows(&self, rows: Range<usize>) -> Vec<RowAnswers> {
-        let answers =
-            |costs: &CostTable| row_answers(costs, &self.candidates, self.task, |k, x| costs.at(k, x));
-        self.tables(rows).iter().map(answers).collect()
+        self.tables(rows).iter().map(|costs| self.choice.row(costs, None)).collect()
     }
 
     /// Answers from costs aggregated across rows.
     fn rows_together(&self, span: Span, aggregation: Aggregation<'_>) -> Vec<RowAnswers> {
-        let (count, columns) = (self.candidates.count(), self.task.volume.columns());
+        let (count, columns) = (self.choice.candidates.count(), self.task.volume.columns());
         let mut paths = PathAggregation::new(span.clone(), (count, columns), aggregation);
         for piece in self.pieces(span.searched) {
             for table in self.tables(piece) {
@@ -83,41 +90,8 @@ impl Exhaustive<'_> {
             .rows()
             .map(|y| {
                 (0..count).for_each(|k| aggregated.copy(y, k, 0, table.row_mut(k)));
-                let own = |k: usize, x: usize| {
-                    if table.at(k, x).is_nan() { f32::NAN } else { aggregated.own(y, k, x) }
-                };
-                row_answers(&table, &self.candidates, self.task, own)
+                self.choice.row(&table, Some((&aggregated, y)))
             })
             .collect()
     }
-}
-
-/// Answers of a row with these costs; the cost reported of a chosen candidate is its `own` cost.
-fn row_answers(
-    costs: &CostTable,
-    candidates: &Candidates,
-    task: Task<'_>,
-    own: impl Fn(usize, usize) -> f32,
-) -> RowAnswers {
-    let Task { lines, ordering, options, .. } = task;
-    let columns = costs.columns();
-    let neutral = neutral_cost(costs);
-    let chosen: Vec<u16> = match (ordering, neutral) {
-        (_, None) => vec![0; columns],
-        (OrderingUsed::On, Some(neutral)) => {
-            optimal_mapping(costs, OrderingLimits::new(lines, options.disparity_step_px), neutral)
-        }
-        (OrderingUsed::Off, _) => winners(costs).into_iter().map(|winner| winner.unwrap_or(0)).collect(),
-    };
-    let apart = rival_distance(lines, options.disparity_step_px);
-    let mut row = RowAnswers::unknown(columns);
-    row.confidence = confidences(costs, &chosen, apart.max(2), options.method.resolution());
-    for (x, &k) in chosen.iter().enumerate() {
-        let k = usize::from(k);
-        row.cost[x] = own(k, x);
-        let costly = costs.at(k, x) > neutral.unwrap_or(f32::INFINITY);
-        row.validity[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), costly);
-        row.place(x, candidates, k as f64 + parabola_vertex(costs, k, x));
-    }
-    row
 }

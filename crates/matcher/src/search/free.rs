@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 
 use super::answers::{RowAnswers, bracketed, rival_distance};
 use super::best::Best;
@@ -129,7 +129,7 @@ impl FreeRows<'_> {
             for limits in &self.limits[first..end] {
                 sums.iter_mut().zip(limits).for_each(|(sum, limit)| *sum += limit);
             }
-            kernels::box_means(self.level, &sums, window.columns, &mut typical);
+            dispatch!(self.level, _simd => kernels::box_means(&sums, window.columns, &mut typical));
             typical.iter_mut().for_each(|limit| *limit /= (end - first) as f32);
         }
         self.inverse.iter_mut().zip(&typical).for_each(|(inverse, limit)| *inverse = 1.0 / limit);
@@ -147,7 +147,8 @@ impl FreeRows<'_> {
             let minima = &mut self.minima[run.clone()];
             minima.copy_from_slice(&self.recent[centres.start % height][place.clone()]);
             for centre in centres.start + 1..centres.end {
-                kernels::keep_lesser(self.level, &self.recent[centre % height][place.clone()], minima);
+                let recent = &self.recent[centre % height][place.clone()];
+                dispatch!(self.level, _simd => kernels::keep_lesser(recent, minima));
             }
             if !self.limits.is_empty() {
                 let own = &self.own[y % self.own.len()][place];
@@ -243,9 +244,9 @@ impl Consumer for FreeRows<'_> {
         }
         for run in &self.search.plan.coverage[k].runs {
             let costs = &mut costs[run.clone()];
-            kernels::multiply(self.level, &self.inverse[run.clone()], costs);
+            dispatch!(self.level, _simd => kernels::multiply(&self.inverse[run.clone()], costs));
             let out = &mut self.recent[y % height][k * columns + run.start..k * columns + run.end];
-            kernels::box_minima(self.level, costs, self.shift, out);
+            dispatch!(self.level, _simd => kernels::box_minima(costs, self.shift, out));
         }
         if let Some(done) = self.completed(y) {
             self.decide(done, k, done.saturating_sub(self.shift)..y + 1);

@@ -13,6 +13,7 @@
 mod answers;
 mod band_groups;
 mod best;
+mod choice;
 pub(crate) mod edge_refinement;
 mod exhaustive;
 mod filling;

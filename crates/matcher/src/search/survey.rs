@@ -1,5 +1,7 @@
 //! Best candidates of single rows, for the range survey: only the winners are kept.
 
+use fearless_simd::dispatch;
+
 use super::best::Best;
 use crate::candidates::Candidates;
 use crate::cost::factorised::kernels;
@@ -57,11 +59,13 @@ impl<'a> RowSurvey<'a> {
                 for row in &rows {
                     row.single(k, None, &mut single);
                     for run in runs {
-                        kernels::add_scaled(level, &single[run.clone()], scale, &mut sum[run.clone()]);
+                        let (single, sum) = (&single[run.clone()], &mut sum[run.clone()]);
+                        dispatch!(level, _simd => kernels::add_scaled(single, scale, sum));
                     }
                 }
                 for run in runs {
-                    kernels::box_means(level, &sum[run.clone()], self.half_columns, &mut mean[run.clone()]);
+                    let (sum, mean) = (&sum[run.clone()], &mut mean[run.clone()]);
+                    dispatch!(level, _simd => kernels::box_means(sum, self.half_columns, mean));
                 }
                 best.take(runs.iter().map(|run| (run.clone(), &mean[run.clone()])));
             }

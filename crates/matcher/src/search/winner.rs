@@ -1,5 +1,7 @@
 //! Each pixel's best candidate by itself, and its confidence.
 
+use fearless_simd::{Level, dispatch};
+
 use crate::cost::CostTable;
 
 /// The candidate of least cost at each column; `None` where no candidate has a cost.
@@ -18,36 +20,56 @@ pub(crate) fn winners(costs: &CostTable) -> Vec<Option<u16>> {
     winners
 }
 
-/// Confidence of the chosen candidate of each column against the best one at least `apart` candidates away:
-/// 1 - cost / other cost, clamped to [0, 1]. NaN where either is unknown. `resolution` is the smallest
-/// significant difference of costs. It is added to both, so that rounding errors of a featureless surface
-/// make no winner.
+/// Confidence of the chosen candidate of each column against its rivals: the candidates at least `apart` away.
 pub(crate) fn confidences(costs: &CostTable, chosen: &[u16], apart: usize, resolution: f32) -> Vec<f32> {
-    let mut others = vec![f32::NAN; costs.columns()];
+    let mut rivals = vec![f32::INFINITY; costs.columns()];
     for k in 0..costs.candidates() {
-        for (x, &cost) in costs.row(k).iter().enumerate() {
-            if k.abs_diff(chosen[x].into()) >= apart {
-                others[x] = others[x].min(cost);
-            }
-        }
+        dispatch!(Level::new(), _simd => keep_rivals(costs.row(k), chosen, k as i32, apart as i32, &mut rivals));
     }
-    let confidence = |(x, &other): (usize, &f32)| {
-        let own = costs.at(chosen[x].into(), x);
-        (1.0 - (own + resolution) / (other + resolution)).clamp(0.0, 1.0)
-    };
-    others.iter().enumerate().map(confidence).collect()
+    let of_column = |(x, &rival): (usize, &f32)| confidence(costs.at(chosen[x].into(), x), rival, resolution);
+    rivals.iter().enumerate().map(of_column).collect()
 }
 
-/// Place of the least cost around candidate `k`, in candidates from it: the vertex of the parabola through
-/// three costs, less than half a candidate away, so that the order of a mapping survives. Zero at the ends of
-/// the range, beside unknown costs and off minima.
+/// `least = min(least, values)` where candidate `k` lies at least `apart` from the chosen one; unknown values
+/// are no rivals.
+#[inline(always)]
+fn keep_rivals(values: &[f32], chosen: &[u16], k: i32, apart: i32, least: &mut [f32]) {
+    let count = values.len();
+    let (chosen, least) = (&chosen[..count], &mut least[..count]);
+    for i in 0..count {
+        let rival = (k - i32::from(chosen[i])).abs() >= apart && values[i] < least[i];
+        least[i] = if rival { values[i] } else { least[i] };
+    }
+}
+
+/// How much better a candidate of this cost is than its best rival: 1 - cost / rival, clamped to [0, 1]; NaN
+/// without a cost or a rival (infinite). `resolution` is the smallest significant difference of costs. It is
+/// added to both, so that rounding errors of a featureless surface make no winner.
+pub(super) fn confidence(cost: f32, rival: f32, resolution: f32) -> f32 {
+    if rival == f32::INFINITY {
+        return f32::NAN;
+    }
+    (1.0 - (cost + resolution) / (rival + resolution)).clamp(0.0, 1.0)
+}
+
+/// Place of the least cost around candidate `k`, in candidates from it; zero at the ends of the range.
 pub(crate) fn parabola_vertex(costs: &CostTable, k: usize, x: usize) -> f64 {
     if k == 0 || k + 1 >= costs.candidates() {
         return 0.0;
     }
-    let [before, here, after] = [costs.at(k - 1, x), costs.at(k, x), costs.at(k + 1, x)].map(f64::from);
+    vertex([costs.at(k - 1, x), costs.at(k, x), costs.at(k + 1, x)])
+}
+
+/// The vertex of the parabola through three costs: less than half a candidate from the middle one, so that the
+/// order of a mapping survives. Zero beside unknown costs and off minima.
+pub(super) fn vertex(costs: [f32; 3]) -> f64 {
+    let [before, here, after] = costs.map(f64::from);
     let curvature = before - 2.0 * here + after;
-    if curvature > 0.0 { (0.5 * (before - after) / curvature).clamp(-0.499, 0.499) } else { 0.0 }
+    if curvature > 0.0 && curvature.is_finite() {
+        (0.5 * (before - after) / curvature).clamp(-0.499, 0.499)
+    } else {
+        0.0
+    }
 }
 
 #[cfg(test)]

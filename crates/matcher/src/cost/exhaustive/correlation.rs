@@ -4,11 +4,12 @@
 //! itself is left out of that mean: with its own window as the model its correlation is 1 whatever the
 //! candidate.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 
 use super::band::Band;
 use super::kernels;
 use super::sides::best_side;
+use crate::aggregation::window_sums::window_sums;
 use crate::cost::interpolation::Interpolation;
 use crate::lines::{EpiLines, SeenRule, Shift, Sightings};
 use crate::options::Method;
@@ -120,7 +121,8 @@ impl<'a> Correlation<'a> {
         for (epi, samples) in self.band.epis.iter().zip(&mut self.samples) {
             let start = shift.first as isize + shift.whole - half as isize;
             let out = &mut samples[shift.first..shift.first + count];
-            kernels::sample(self.level, epi.taps(t, start, count), weights, out);
+            let taps = epi.taps(t, start, count);
+            dispatch!(self.level, _simd => kernels::sample(taps, weights, out));
             out.iter_mut().for_each(|sample| *sample -= self.offset);
         }
     }
@@ -154,12 +156,12 @@ impl<'a> Correlation<'a> {
         for index in 0..self.model_windows.len() {
             self.vertical.iter_mut().for_each(|sums| sums.fill(0.0));
             for row in self.band.window_rows(index) {
-                let [a, b, c] = &mut self.vertical;
-                kernels::add_products(self.level, &self.model[row], &self.model[row], [a, b, c]);
+                let (model, sums) = (&self.model[row], self.vertical.each_mut().map(Vec::as_mut_slice));
+                dispatch!(self.level, _simd => kernels::add_products(model, model, sums));
             }
-            let [sum, squares] = &mut self.model_windows[index];
-            kernels::box_sums(self.level, &self.vertical[0], side, sum);
-            kernels::box_sums(self.level, &self.vertical[1], side, squares);
+            for (windows, sums) in self.model_windows[index].iter_mut().zip(&self.vertical) {
+                dispatch!(self.level, _simd => window_sums(sums, side, windows));
+            }
         }
     }
 
@@ -180,15 +182,17 @@ impl<'a> Correlation<'a> {
             for row in rows {
                 let sums = self.vertical.each_mut().map(|sums| &mut sums[wide.clone()]);
                 let samples = &self.samples[row][wide.clone()];
-                kernels::add_products(self.level, samples, &self.model[row][wide.clone()], sums);
+                let model = &self.model[row][wide.clone()];
+                dispatch!(self.level, _simd => kernels::add_products(samples, model, sums));
             }
             for (window, sums) in self.windows.iter_mut().zip(&self.vertical) {
-                kernels::box_sums(self.level, &sums[wide.clone()], side, &mut window[columns.clone()]);
+                let (sums, window) = (&sums[wide.clone()], &mut window[columns.clone()]);
+                dispatch!(self.level, _simd => window_sums(sums, side, window));
             }
             let windows = self.windows.each_ref().map(|window| &window[columns.clone()]);
             let model = self.model_windows[index].each_ref().map(|sums| &sums[columns.clone()]);
             let total = &mut self.totals[index][usize::from(t > self.lines.reference())][columns.clone()];
-            kernels::add_correlation(self.level, windows, model, pixels, total);
+            dispatch!(self.level, _simd => kernels::add_correlation(windows, model, pixels, total));
         }
     }
 }

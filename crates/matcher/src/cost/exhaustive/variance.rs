@@ -1,6 +1,6 @@
 //! Variance of the intensities along a candidate (paper, section 4), averaged over a window.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 
 use super::band::Band;
 use super::kernels;
@@ -34,7 +34,8 @@ impl<'a> Variance<'a> {
             .map(|epi| {
                 let mut row = vec![0.0; columns];
                 let taps = epi.taps(lines.reference(), 0, columns);
-                kernels::sample(level, taps, interpolation.weights(0.0), &mut row);
+                let weights = interpolation.weights(0.0);
+                dispatch!(level, _simd => kernels::sample(taps, weights, &mut row));
                 row
             })
             .collect();
@@ -81,14 +82,8 @@ impl<'a> Variance<'a> {
                 (&mut *sum_after, &mut *squares_after)
             };
             let anchor = &self.anchors[index][first..end];
-            kernels::add_deviations(
-                self.level,
-                taps,
-                weights,
-                anchor,
-                &mut sum[first..end],
-                &mut squares[first..end],
-            );
+            let (sum, squares) = (&mut sum[first..end], &mut squares[first..end]);
+            dispatch!(self.level, _simd => kernels::add_deviations(taps, weights, anchor, sum, squares));
         }
         for (x, cost) in self.single[index].iter_mut().enumerate() {
             let frames = [sightings.before[x], sightings.after[x]];

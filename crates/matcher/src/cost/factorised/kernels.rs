@@ -1,10 +1,8 @@
-//! The inner loops over whole rows, compiled for each instruction set and chosen at run time.
+//! The inner loops over whole rows, to be compiled for each instruction set (`dispatch!`).
 //!
 //! Rows are processed in chunks whose sums stay in registers over all frames or groups.
 
 use std::ops::Range;
-
-use fearless_simd::{Level, Simd, dispatch};
 
 use super::plan::{GroupShift, PAD, Segment};
 use crate::lines::Shift;
@@ -31,20 +29,8 @@ impl<'a> Rows<'a> {
 
 /// Mean of the samples of a group's `frames` under `shifts`, and their variance about it, for the given
 /// columns of `mean` and `spread`. `anchor` is a row near the mean, to be taken off before squaring.
-pub(crate) fn group_sums(
-    level: Level,
-    epi: Rows<'_>,
-    (frames, shifts): (Range<usize>, &[Shift]),
-    anchor: &[f32],
-    columns: Range<usize>,
-    [mean, spread]: [&mut [f32]; 2],
-) {
-    dispatch!(level, simd => group_rows(simd, epi, (frames, shifts), anchor, columns, [mean, spread]));
-}
-
 #[inline(always)]
-fn group_rows<S: Simd>(
-    _simd: S,
+pub(crate) fn group_sums(
     epi: Rows<'_>,
     (frames, shifts): (Range<usize>, &[Shift]),
     anchor: &[f32],
@@ -107,12 +93,8 @@ pub(crate) struct Terms<'a> {
 }
 
 /// Variance of the frames along the candidate, unbiased; the least of those that the segment allows.
-pub(crate) fn variance(level: Level, terms: Terms<'_>, segment: &Segment, out: &mut [f32]) {
-    dispatch!(level, simd => variance_row(simd, terms, segment, out));
-}
-
 #[inline(always)]
-fn variance_row<S: Simd>(_simd: S, terms: Terms<'_>, segment: &Segment, out: &mut [f32]) {
+pub(crate) fn variance(terms: Terms<'_>, segment: &Segment, out: &mut [f32]) {
     let columns = segment.columns.clone();
     for x in columns.clone().step_by(CHUNK) {
         let mut chunk = [0.0; CHUNK];
@@ -192,12 +174,8 @@ fn lesser(a: f32, b: f32) -> f32 {
 /// the mean of those that agree by its squared difference and its own variance, and by `limit` at most.
 ///
 /// So a frame in which the point is occluded costs the same, whatever occludes it.
-pub(crate) fn truncated(level: Level, terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
-    dispatch!(level, simd => truncated_row(simd, terms, segment, limit, out));
-}
-
 #[inline(always)]
-fn truncated_row<S: Simd>(_simd: S, terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
+pub(crate) fn truncated(terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
     let columns = segment.columns.clone();
     for x in columns.clone().step_by(CHUNK) {
         let mut chunk = [0.0; CHUNK];
@@ -247,12 +225,8 @@ fn truncated_chunk(terms: Terms<'_>, segment: &Segment, x: usize, limit: &[f32],
 }
 
 /// `out[x] = mean of values[x - half ..= x + half]`, as far as they exist.
-pub(crate) fn box_means(level: Level, values: &[f32], half: usize, out: &mut [f32]) {
-    dispatch!(level, simd => box_row_means(simd, values, half, out));
-}
-
 #[inline(always)]
-fn box_row_means<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]) {
+pub(crate) fn box_means(values: &[f32], half: usize, out: &mut [f32]) {
     let count = values.len();
     let out = &mut out[..count];
     fold_windows(values, half, out, |sum, value| sum + value);
@@ -265,8 +239,9 @@ fn box_row_means<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]
 }
 
 /// `out[x] = least of values[x - half ..= x + half]`, as far as they exist.
-pub(crate) fn box_minima(level: Level, values: &[f32], half: usize, out: &mut [f32]) {
-    dispatch!(level, _simd => fold_windows(values, half, out, lesser));
+#[inline(always)]
+pub(crate) fn box_minima(values: &[f32], half: usize, out: &mut [f32]) {
+    fold_windows(values, half, out, lesser);
 }
 
 /// `out[x]` = the values of values[x - half ..= x + half], as far as they exist, joined by `join` from the
@@ -290,26 +265,8 @@ fn fold_windows(values: &[f32], half: usize, out: &mut [f32], join: impl Fn(f32,
 }
 
 /// `total += entering - leaving`, `leaving = entering`, `out = total * scale` but not below zero.
-pub(crate) fn slide(
-    level: Level,
-    entering: &[f32],
-    leaving: &mut [f32],
-    total: &mut [f32],
-    scale: f32,
-    out: &mut [f32],
-) {
-    dispatch!(level, simd => slide_row(simd, entering, leaving, total, scale, out));
-}
-
 #[inline(always)]
-fn slide_row<S: Simd>(
-    _simd: S,
-    entering: &[f32],
-    leaving: &mut [f32],
-    total: &mut [f32],
-    scale: f32,
-    out: &mut [f32],
-) {
+pub(crate) fn slide(entering: &[f32], leaving: &mut [f32], total: &mut [f32], scale: f32, out: &mut [f32]) {
     let count = entering.len();
     let (leaving, total, out) = (&mut leaving[..count], &mut total[..count], &mut out[..count]);
     for i in 0..count {
@@ -321,72 +278,19 @@ fn slide_row<S: Simd>(
 }
 
 /// `least = min(least, values)`.
-pub(crate) fn keep_lesser(level: Level, values: &[f32], least: &mut [f32]) {
-    dispatch!(level, simd => keep_lesser_row(simd, values, least));
-}
-
 #[inline(always)]
-fn keep_lesser_row<S: Simd>(_simd: S, values: &[f32], least: &mut [f32]) {
-    let count = values.len();
-    let least = &mut least[..count];
-    for i in 0..count {
-        least[i] = lesser(values[i], least[i]);
-    }
+pub(crate) fn keep_lesser(values: &[f32], least: &mut [f32]) {
+    least.iter_mut().zip(values).for_each(|(least, &value)| *least = lesser(value, *least));
 }
 
 /// `out *= factors`.
-pub(crate) fn multiply(level: Level, factors: &[f32], out: &mut [f32]) {
-    dispatch!(level, simd => multiply_row(simd, factors, out));
-}
-
 #[inline(always)]
-fn multiply_row<S: Simd>(_simd: S, factors: &[f32], out: &mut [f32]) {
-    let count = factors.len();
-    let out = &mut out[..count];
-    for i in 0..count {
-        out[i] *= factors[i];
-    }
-}
-
-/// `least = min(least, values)` where candidate `k` lies at least `apart` from the chosen one; unknown values
-/// are no rivals.
-pub(crate) fn keep_rivals(
-    level: Level,
-    values: &[f32],
-    chosen: &[i32],
-    (k, apart): (usize, usize),
-    least: &mut [f32],
-) {
-    dispatch!(level, simd => keep_row_rivals(simd, values, chosen, (k, apart), least));
-}
-
-#[inline(always)]
-fn keep_row_rivals<S: Simd>(
-    _simd: S,
-    values: &[f32],
-    chosen: &[i32],
-    (k, apart): (usize, usize),
-    least: &mut [f32],
-) {
-    let count = values.len();
-    let (chosen, least) = (&chosen[..count], &mut least[..count]);
-    let (k, apart) = (k as i32, apart as i32);
-    for i in 0..count {
-        let rival = (k - chosen[i]).abs() >= apart && values[i] < least[i];
-        least[i] = if rival { values[i] } else { least[i] };
-    }
+pub(crate) fn multiply(factors: &[f32], out: &mut [f32]) {
+    out.iter_mut().zip(factors).for_each(|(out, factor)| *out *= factor);
 }
 
 /// `out += values * scale`.
-pub(crate) fn add_scaled(level: Level, values: &[f32], scale: f32, out: &mut [f32]) {
-    dispatch!(level, simd => add_scaled_row(simd, values, scale, out));
-}
-
 #[inline(always)]
-fn add_scaled_row<S: Simd>(_simd: S, values: &[f32], scale: f32, out: &mut [f32]) {
-    let count = values.len();
-    let out = &mut out[..count];
-    for i in 0..count {
-        out[i] += values[i] * scale;
-    }
+pub(crate) fn add_scaled(values: &[f32], scale: f32, out: &mut [f32]) {
+    out.iter_mut().zip(values).for_each(|(out, value)| *out += value * scale);
 }

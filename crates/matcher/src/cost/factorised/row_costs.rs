@@ -1,6 +1,6 @@
 //! Costs of the single pixels of a row, from sums over groups.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 
 use super::kernels::{self, CHUNK, Rows, Terms};
 use super::plan::{PAD, Plan, Slab};
@@ -54,14 +54,8 @@ impl<'a> RowCosts<'a> {
             let middle = (group.frames.start + group.frames.end) / 2;
             let anchor = &self.epi[middle * stride + PAD..];
             let frames = (group.frames.clone(), slab.shifts.as_slice());
-            kernels::group_sums(
-                self.level,
-                epi,
-                frames,
-                anchor,
-                seen.clone(),
-                [&mut mean[PAD..], &mut spread[PAD..]],
-            );
+            let out = [&mut mean[PAD..], &mut spread[PAD..]];
+            dispatch!(self.level, _simd => kernels::group_sums(epi, frames, anchor, seen.clone(), out));
         }
     }
 
@@ -87,8 +81,10 @@ impl<'a> RowCosts<'a> {
         };
         for segment in &candidate.segments {
             match limit {
-                None => kernels::variance(self.level, terms, segment, out),
-                Some(limit) => kernels::truncated(self.level, terms, segment, limit, out),
+                None => dispatch!(self.level, _simd => kernels::variance(terms, segment, out)),
+                Some(limit) => {
+                    dispatch!(self.level, _simd => kernels::truncated(terms, segment, limit, out));
+                }
             }
         }
     }

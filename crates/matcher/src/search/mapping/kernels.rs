@@ -4,7 +4,7 @@
 //! minimum over a window that slides along the candidates. It is never found one value at a time: eight or
 //! more neighbours are found together, from shifted copies of the column.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
+use fearless_simd::{Simd, SimdBase, f32x8};
 
 use crate::cost::CostTable;
 
@@ -32,40 +32,12 @@ pub(super) fn least(values: &[f32]) -> f32 {
     rest.iter().chain(&lanes).fold(f32::INFINITY, |low, &value| lesser(low, value))
 }
 
-/// The first index of the least of `values`, or its last one; 0 for no values.
-#[inline(always)]
-pub(super) fn place_of_least<S: Simd>(simd: S, values: &[f32], last: bool) -> usize {
-    let low = least(values);
-    let is_least = |&value: &f32| value == low;
-    // A window that begins far below is searched by whole vectors; few values remain after its end.
-    if last {
-        return values.iter().rposition(is_least).unwrap_or(0);
-    }
-    let sought = f32x8::splat(simd, low);
-    let mut start = 0;
-    for chunk in values.chunks_exact(LANES) {
-        if f32x8::from_slice(simd, chunk).simd_eq(sought).any_true() {
-            break;
-        }
-        start += LANES;
-    }
-    start + values[start..].iter().position(is_least).unwrap_or(0)
-}
-
-/// Costs of up to [`BLOCK`] columns of `costs` from `first` on, a column of `length` after the other.
+/// Costs of up to [`BLOCK`] columns of `costs` from `first` on, one column after the other.
 ///
-/// A cost of NaN becomes `unknown`, places beyond the candidates are infinite, and `reversed` puts the last
-/// candidate first.
+/// A cost of NaN becomes `unknown`, and places beyond the candidates are infinite.
 #[inline(always)]
-pub(super) fn take_columns<S: Simd>(
-    simd: S,
-    costs: &CostTable,
-    first: usize,
-    (unknown, reversed): (f32, bool),
-    length: usize,
-    out: &mut [f32],
-) {
-    let (count, columns) = (costs.candidates(), costs.columns());
+pub(super) fn take_columns<S: Simd>(simd: S, costs: &CostTable, first: usize, unknown: f32, out: &mut [f32]) {
+    let (columns, length) = (costs.columns(), out.len() / BLOCK);
     let unknown = f32x8::splat(simd, unknown);
     for start in (0..length).step_by(LANES) {
         for half in 0..BLOCK / LANES {
@@ -75,9 +47,8 @@ pub(super) fn take_columns<S: Simd>(
             }
             let width = (columns - x).min(LANES);
             let mut rows = [f32x8::splat(simd, f32::INFINITY); LANES];
-            for (lane, row) in rows.iter_mut().enumerate().take(count.saturating_sub(start)) {
-                let place = start + lane;
-                let costs = costs.row(if reversed { count - 1 - place } else { place });
+            for (lane, row) in rows.iter_mut().enumerate().take(costs.candidates().saturating_sub(start)) {
+                let costs = costs.row(start + lane);
                 let values = if width == LANES {
                     f32x8::from_slice(simd, &costs[x..x + LANES])
                 } else {
@@ -110,45 +81,13 @@ fn transposed<S: Simd>(simd: S, mut rows: [f32x8<S>; LANES]) -> [f32x8<S>; LANES
     rows
 }
 
-/// `out[k] = costs[k] + least of reached[front ..= front + k + fall]`: a step that may rise without limit.
-///
-/// `reached` holds at least `fall + LANES` infinite values behind the column and at least `LANES` before it.
-#[inline(always)]
-pub(super) fn step_unlimited<S: Simd>(
-    simd: S,
-    reached: &[f32],
-    (front, fall): (usize, usize),
-    costs: &[f32],
-    out: &mut [f32],
-) {
-    // Each lane has met the values up to `fall` before its own first; windows of `LANES` values continue
-    // without a gap.
-    let mut low = f32x8::splat(simd, least(&reached[front..front + fall]));
-    let begin = front + fall + 1 - LANES;
-    let sources = &reached[begin..begin + costs.len() + LANES - 1];
-    for ((start, costs), out) in
-        (0..costs.len()).step_by(LANES).zip(costs.chunks_exact(LANES)).zip(out.chunks_exact_mut(LANES))
-    {
-        let source = &sources[start..start + 2 * LANES - 1];
-        let mut window = [low; LANES];
-        for (offset, values) in window.iter_mut().enumerate() {
-            *values = f32x8::from_slice(simd, &source[offset..offset + LANES]);
-        }
-        for index in 0..4 {
-            window[index] = window[index].min(window[index + 4]);
-        }
-        low = low.min(window[0].min(window[1]).min(window[2].min(window[3])));
-        (low + f32x8::from_slice(simd, costs)).store_slice(out);
-    }
-}
-
-/// `out[k] = costs[k] + least of reached[first + k .. first + k + side]`: a step within limits.
+/// `out[k] = costs[k] + least of reached[k .. k + side]`.
 ///
 /// `windows` and `scratch` are as long as `reached` and are overwritten.
 #[inline(always)]
-pub(super) fn step_within(
+pub(super) fn step(
     reached: &[f32],
-    (first, side): (usize, usize),
+    side: usize,
     costs: &[f32],
     [windows, scratch]: [&mut Vec<f32>; 2],
     out: &mut [f32],
@@ -168,7 +107,7 @@ pub(super) fn step_within(
         source = windows;
     }
     let part = |index: usize| {
-        let begin = first + (index * width).min(side - width);
+        let begin = (index * width).min(side - width);
         &source[begin..begin + costs.len()]
     };
     let [a, b, c, d] = std::array::from_fn(part);

@@ -17,7 +17,7 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use crate::cost::CostTable;
 use crate::lines::EpiLines;
-use kernels::{BLOCK, LANES, least, place_of_least, step_unlimited, step_within, take_columns};
+use kernels::{BLOCK, LANES, least, step, take_columns};
 
 pub(crate) use neutral::neutral_cost;
 
@@ -43,150 +43,61 @@ impl OrderingLimits {
     }
 }
 
-/// The candidate of each column on the cheapest strictly increasing mapping: [`MappingSearch::run`] on its
-/// own.
-pub(crate) fn optimal_mapping(costs: &CostTable, limits: OrderingLimits, unknown_cost: f32) -> Vec<u16> {
-    MappingSearch::new().run(costs, limits, unknown_cost)
-}
-
-/// The search for the cheapest mapping, with memory that it keeps from one EPI to the next.
+/// The candidate of each column on the cheapest strictly increasing mapping.
 ///
-/// It holds, for each candidate, the least sum of costs that leads to it, 4 bytes each. The predecessor of a
-/// candidate is not stored but found again on the way back, at the cost of one window for each column.
-#[derive(Debug)]
-pub(crate) struct MappingSearch {
-    level: Level,
-    /// Sums of all columns: columns x length, `length` being the candidates rounded up to whole vectors.
-    reached: Vec<f32>,
-    /// Costs of a block of columns: [`BLOCK`] x length.
-    costs: Vec<f32>,
-    /// Sums of the column in hand and of the next, between infinite values that windows reach.
-    column: Vec<f32>,
-    next: Vec<f32>,
-    windows: [Vec<f32>; 2],
+/// A candidate without cost (NaN) counts `unknown_cost`, a finite number, so that a point may leave the
+/// image without distorting the mapping of those that stay. Of equal sums the lower candidate is taken,
+/// column by column from the last. The time is proportional to columns x candidates, times the logarithm
+/// of the limits.
+///
+/// Sums are of single precision. Every 32 columns the least sum of the column is subtracted, so they stay
+/// as small as what a mapping loses by a detour. The sum of the mapping found exceeds the least one by
+/// rounding only: at most 2^-23 of the largest such detour for each column.
+pub(crate) fn optimal_mapping(costs: &CostTable, limits: OrderingLimits, unknown_cost: f32) -> Vec<u16> {
+    let (count, columns) = (costs.candidates(), costs.columns());
+    let [fall, rise] = [limits.fall, limits.rise].map(|limit| limit.min(count - 1));
+    // Sums of all columns, candidates rounded up to whole vectors. The predecessor of a candidate is not
+    // stored but found again on the way back, at the cost of one window for each column.
+    let length = count.next_multiple_of(LANES);
+    let mut reached = vec![0.0; length * columns];
+    let limits = OrderingLimits { fall, rise };
+    dispatch!(Level::new(), simd => reach(simd, costs, limits, unknown_cost, &mut reached));
+    let mut window = 0..count;
+    let mut mapping = vec![0; columns];
+    for (chosen, sums) in mapping.iter_mut().zip(reached.chunks_exact(length)).rev() {
+        let sums = &sums[window.clone()];
+        let low = least(sums);
+        let place = window.start + sums.iter().position(|&sum| sum == low).unwrap_or(0);
+        *chosen = place as u16;
+        // It was reached from no more than `rise` below and `fall` above.
+        window = place.saturating_sub(rise)..(place + fall + 1).min(count);
+    }
+    mapping
 }
 
-impl Default for MappingSearch {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl MappingSearch {
-    /// A search that holds no memory yet.
-    pub(crate) fn new() -> Self {
-        Self {
-            level: Level::new(),
-            reached: Vec::new(),
-            costs: Vec::new(),
-            column: Vec::new(),
-            next: Vec::new(),
-            windows: [Vec::new(), Vec::new()],
-        }
-    }
-
-    /// The candidate of each column on the cheapest strictly increasing mapping.
-    ///
-    /// A candidate without cost (NaN) counts `unknown_cost`, a finite number, so that a point may leave the
-    /// image without distorting the mapping of those that stay. Of equal sums the lower candidate is taken,
-    /// column by column from the last. The time is proportional to columns x candidates, times the logarithm
-    /// of the limits if both are below the number of candidates.
-    ///
-    /// Sums are of single precision. Every 16 columns the least sum of the column is subtracted, so they stay
-    /// as small as what a mapping loses by a detour. The sum of the mapping found exceeds the least one by
-    /// rounding only: at most 2^-23 of the largest such detour for each column.
-    pub(crate) fn run(&mut self, costs: &CostTable, limits: OrderingLimits, unknown_cost: f32) -> Vec<u16> {
-        let way = Way::new(costs.candidates(), limits);
-        let columns = costs.columns();
-        self.reached.resize(way.length * columns, 0.0);
-        self.costs.resize(way.length * BLOCK, 0.0);
-        for padded in [&mut self.column, &mut self.next].into_iter().chain(&mut self.windows) {
-            padded.clear();
-            padded.resize(way.front + way.length + way.back, f32::INFINITY);
-        }
-        // The first column is reached from nowhere, at no cost.
-        self.column[way.front..way.front + way.count].fill(0.0);
-        let level = self.level;
-        dispatch!(level, simd => self.reach(simd, costs, way, unknown_cost));
-        self.trace_back(way, columns)
-    }
-
-    /// Fills `reached` from the first column to the last.
-    #[inline(always)]
-    fn reach<S: Simd>(&mut self, simd: S, costs: &CostTable, way: Way, unknown: f32) {
-        let own = way.front..way.front + way.length;
-        for (index, block) in self.reached.chunks_mut(BLOCK * way.length).enumerate() {
-            let first = index * BLOCK;
-            take_columns(simd, costs, first, (unknown, way.reversed), way.length, &mut self.costs);
-            let low = least(&self.column[own.clone()]);
-            self.column[own.clone()].iter_mut().for_each(|sum| *sum -= low);
-            for (reached, costs) in
-                block.chunks_exact_mut(way.length).zip(self.costs.chunks_exact(way.length))
-            {
-                let next = &mut self.next[own.clone()];
-                if way.rises_freely {
-                    step_unlimited(simd, &self.column, (way.front, way.fall), costs, next);
-                } else {
-                    let [windows, scratch] = &mut self.windows;
-                    let window = (way.front - way.rise, way.rise + way.fall + 1);
-                    step_within(&self.column, window, costs, [windows, scratch], next);
-                }
-                reached.copy_from_slice(next);
-                std::mem::swap(&mut self.column, &mut self.next);
-            }
-        }
-    }
-
-    /// The mapping that leads to the least sum of the last column.
-    fn trace_back(&self, way: Way, columns: usize) -> Vec<u16> {
-        let mut window = 0..way.count;
-        let mut mapping = vec![0; columns];
-        for x in (0..columns).rev() {
-            let sums = &self.reached[x * way.length..][window.clone()];
-            let place = dispatch!(self.level, simd => place_of_least(simd, sums, way.reversed));
-            let place = window.start + place;
-            mapping[x] = (if way.reversed { way.count - 1 - place } else { place }) as u16;
-            // It was reached from no more than `rise` below and `fall` above.
-            window = place.saturating_sub(way.rise)..(place + way.fall + 1).min(way.count);
-        }
-        mapping
-    }
-}
-
-/// How a search goes along its candidates.
-#[derive(Debug, Clone, Copy)]
-struct Way {
-    /// Number of candidates.
-    count: usize,
-    /// The same, rounded up to whole vectors.
-    length: usize,
-    /// Whether the last candidate comes first, so that falls and rises change places.
-    reversed: bool,
-    /// Largest fall and rise; less than `count`.
-    fall: usize,
-    rise: usize,
-    /// Whether a rise may lead from any candidate to any higher one.
-    rises_freely: bool,
-    /// Infinite values before and behind a column.
-    front: usize,
-    back: usize,
-}
-
-impl Way {
-    fn new(count: usize, limits: OrderingLimits) -> Self {
-        let [fall, rise] = [limits.fall, limits.rise].map(|limit| limit.min(count - 1));
-        // A free fall is searched as a free rise.
-        let reversed = fall + 1 == count && rise < fall;
-        let (fall, rise) = if reversed { (rise, fall) } else { (fall, rise) };
-        Self {
-            count,
-            length: count.next_multiple_of(LANES),
-            reversed,
-            fall,
-            rise,
-            rises_freely: rise + 1 == count,
-            front: rise.max(LANES),
-            back: fall + LANES,
+/// The least sum of costs that leads to each candidate, from the first column to the last: columns x length.
+#[inline(always)]
+fn reach<S: Simd>(
+    simd: S,
+    costs: &CostTable,
+    OrderingLimits { fall, rise }: OrderingLimits,
+    unknown_cost: f32,
+    reached: &mut [f32],
+) {
+    let length = costs.candidates().next_multiple_of(LANES);
+    // The sums of a column between infinite values that windows reach.
+    let own = rise..rise + length;
+    let [mut column, mut windows, mut scratch] = [(); 3].map(|()| vec![f32::INFINITY; rise + length + fall]);
+    // The first column is reached from nowhere, at no cost.
+    column[rise..rise + costs.candidates()].fill(0.0);
+    let mut block_costs = vec![0.0; length * BLOCK];
+    for (index, block) in reached.chunks_mut(BLOCK * length).enumerate() {
+        take_columns(simd, costs, index * BLOCK, unknown_cost, &mut block_costs);
+        let low = least(&column[own.clone()]);
+        column[own.clone()].iter_mut().for_each(|sum| *sum -= low);
+        for (next, costs) in block.chunks_exact_mut(length).zip(block_costs.chunks_exact(length)) {
+            step(&column, rise + fall + 1, costs, [&mut windows, &mut scratch], next);
+            column[own.clone()].copy_from_slice(next);
         }
     }
 }
@@ -308,13 +219,7 @@ mod tests {
         ) {
             let costs = CostTable::from_values(columns, values);
             let limits = OrderingLimits { fall, rise };
-            let mut search = MappingSearch::new();
-            let expected = plain(&costs, limits, 12.0);
-            prop_assert_eq!(&search.run(&costs, limits, 12.0), &expected);
-            // What an earlier search has left behind changes nothing.
-            let short = CostTable::from_values(3, vec![5.0; 60]);
-            search.run(&short, OrderingLimits { fall: 1, rise: 1 }, 0.0);
-            prop_assert_eq!(&search.run(&costs, limits, 12.0), &expected);
+            prop_assert_eq!(optimal_mapping(&costs, limits, 12.0), plain(&costs, limits, 12.0));
         }
     }
 
