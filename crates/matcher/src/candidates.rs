@@ -11,6 +11,13 @@ pub struct DisparityRange {
     pub maximum_px: f64,
 }
 
+impl DisparityRange {
+    /// Both ends times `factor`.
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Self { minimum_px: factor * self.minimum_px, maximum_px: factor * self.maximum_px }
+    }
+}
+
 /// The disparity candidates: equidistant from the smallest on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidates {

@@ -11,15 +11,6 @@ use epirig_core::volume::Volume;
 /// If `y` lies outside the volume.
 pub fn line_profile(volume: &Volume, lines: &EpiLines, x: f64, y: usize, disparity_px: f64) -> Vec<f32> {
     let epi = SampledEpi::new(volume, y, Interpolation::BSpline, 0);
-    let last = (volume.columns() - 1) as f64;
-    let value = |(t, &tau): (usize, &f64)| {
-        let position = x + disparity_px * tau;
-        if !(0.0..=last).contains(&position) {
-            return f32::NAN;
-        }
-        let whole = position.floor();
-        let weights = Interpolation::BSpline.weights(position - whole);
-        weights.iter().zip(epi.taps(t, whole as isize, 1)).map(|(weight, tap)| weight * tap).sum()
-    };
+    let value = |(t, &tau): (usize, &f64)| epi.at(t, x + disparity_px * tau).unwrap_or(f32::NAN);
     lines.offsets().iter().enumerate().map(value).collect()
 }

@@ -48,6 +48,7 @@ impl Interpolation {
 pub(crate) struct SampledEpi {
     columns: usize,
     margin: usize,
+    interpolation: Interpolation,
     coefficients: Vec<f32>,
 }
 
@@ -72,7 +73,16 @@ impl SampledEpi {
                 row[margin + columns - 1 + offset] = row[margin + columns - 1 - offset];
             }
         }
-        Self { columns, margin, coefficients }
+        Self { columns, margin, interpolation, coefficients }
+    }
+
+    /// Intensity of frame `t` at column `position`, in DN; `None` outside the image, and for NaN.
+    pub(crate) fn at(&self, t: usize, position: f64) -> Option<f32> {
+        (0.0..=(self.columns - 1) as f64).contains(&position).then(|| {
+            let whole = position.floor();
+            let weights = self.interpolation.weights(position - whole);
+            weights.iter().zip(self.taps(t, whole as isize, 1)).map(|(weight, tap)| weight * tap).sum()
+        })
     }
 
     /// The coefficients of frame `t` from offset -1 of pixel `x` on, as many as `count` samples need.

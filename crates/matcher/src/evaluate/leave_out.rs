@@ -95,7 +95,8 @@ pub fn leave_out(
             let epi = SampledEpi::new(volume, y, Interpolation::BSpline, 0);
             let mut tally = Tally::default();
             for &t in &left {
-                tally.add_row(volume, &epi, maps.disparity.row(y), (y, t), reference, &kept);
+                let row = LeftOutRow { y, t, reference, disparity: maps.disparity.row(y) };
+                tally.add_row(volume, &epi, row, &kept);
             }
             tally
         })
@@ -111,6 +112,14 @@ pub fn leave_out(
         halved: total.halved as f64 / pixels as f64,
     };
     Ok((report, maps))
+}
+
+/// Row `y` of the left-out frame `t`, and the disparities of that row of the reference frame.
+struct LeftOutRow<'a> {
+    y: usize,
+    t: usize,
+    reference: usize,
+    disparity: &'a [f32],
 }
 
 #[derive(Debug, Default, Clone, Copy)]
@@ -131,16 +140,9 @@ impl Tally {
         }
     }
 
-    /// Adds row `y` of the left-out frame `t`.
-    fn add_row(
-        &mut self,
-        volume: &Volume,
-        epi: &SampledEpi,
-        disparity: &[f32],
-        (y, t): (usize, usize),
-        reference: usize,
-        kept: &[usize],
-    ) {
+    /// Adds a row, predicted from the frames that were `kept`.
+    fn add_row(&mut self, volume: &Volume, epi: &SampledEpi, row: LeftOutRow<'_>, kept: &[usize]) {
+        let LeftOutRow { y, t, reference, disparity } = row;
         let tau = volume.tau().values();
         let columns = volume.columns();
         let carried = carry(disparity, tau[t] - tau[reference]);
@@ -154,7 +156,7 @@ impl Tally {
         for (x, &disparity) in carried.iter().enumerate() {
             let samples = neighbours.map(|other| {
                 let position = x as f64 + f64::from(disparity) * (tau[other] - tau[t]);
-                sample(epi, other, position, columns)
+                epi.at(other, position)
             });
             let (sum, count) =
                 samples.iter().flatten().fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
@@ -169,15 +171,6 @@ impl Tally {
             self.repetition += repetition;
         }
     }
-}
-
-fn sample(epi: &SampledEpi, t: usize, position: f64, columns: usize) -> Option<f32> {
-    // A NaN disparity gives a NaN position, which is in no interval.
-    (0.0..=(columns - 1) as f64).contains(&position).then(|| {
-        let whole = position.floor();
-        let weights = Interpolation::BSpline.weights(position - whole);
-        weights.iter().zip(epi.taps(t, whole as isize, 1)).map(|(weight, tap)| weight * tap).sum()
-    })
 }
 
 /// The disparity of each column of a frame `offset` of the baseline away, from that of the reference frame's

@@ -4,6 +4,7 @@ use super::moments::{FrameSample, VisibleInterval};
 use super::padded::LANES;
 use super::spline::FRACTIONS;
 use crate::lines::EpiLines;
+use crate::validity::visibility::seen_interval;
 
 // Whole pixels and fractions of a shift are separated by bits.
 const _: () = assert!(FRACTIONS.is_power_of_two());
@@ -13,13 +14,13 @@ const _: () = assert!(FRACTIONS.is_power_of_two());
 /// tau - tau_r those in `visible`, one for each pixel of the row, count where they are known.
 pub(super) fn in_view(
     lines: &EpiLines,
-    (start, common): (usize, f64),
+    start: usize,
+    common: f64,
     served: &[bool; LANES],
     shown: &[(usize, f64)],
     visible: Option<&[(f32, f32)]>,
     samples: &mut Vec<FrameSample>,
 ) -> Option<VisibleInterval> {
-    // The spline is mirrored at the borders, so within a pixel of them its gradient is not that of the scene.
     let (low, high) = (1.0, (lines.columns() - 2) as f64);
     let moved = [-lines.tau_before(), lines.tau_after()].map(|tau| common * tau);
     let leftmost = start as f64 + moved[0].min(moved[1]);
@@ -37,16 +38,8 @@ pub(super) fn in_view(
     let mut everywhere = true;
     for lane in (0..LANES).filter(|&lane| served[lane]) {
         let x = (start + lane) as f64;
-        let (mut first, mut last) = if common == 0.0 {
-            if x >= low && x <= high { (-1.0, 1.0) } else { (f64::INFINITY, f64::NEG_INFINITY) }
-        } else {
-            let ends = ((low - x) / common, (high - x) / common);
-            (ends.0.min(ends.1), ends.0.max(ends.1))
-        };
-        if let Some((from, to)) = visible.map(|visible| visible[start + lane]) {
-            first = first.max(f64::from(from) - 1e-6);
-            last = last.min(f64::from(to) + 1e-6);
-        }
+        let of_lane = visible.map(|visible| visible[start + lane]);
+        let (first, last) = seen_interval(x, common, lines.columns(), of_lane);
         seen.first[lane] = first as f32;
         seen.last[lane] = last as f32;
         earliest = earliest.min(first);

@@ -32,6 +32,7 @@ use products::{Normal, Products, TERMS, Terms, fraction};
 
 use super::spline::{FRACTIONS, Spline, SplineEpi, TAPS};
 use crate::lines::EpiLines;
+use crate::validity::visibility::seen_interval;
 
 /// Rows that are looked at, spread over the image.
 const SAMPLED_ROWS: usize = 32;
@@ -110,22 +111,9 @@ pub(super) struct RowLines<'a> {
 impl RowLines<'_> {
     /// First and last tau' in which the point at `x` is seen.
     fn seen(&self, x: usize, disparity: f64) -> (f64, f64) {
-        let (low, high) = (1.0 - x as f64, (self.lines.columns() - 2) as f64 - x as f64);
-        let (mut first, mut last) = (-self.lines.tau_before(), self.lines.tau_after());
-        if disparity == 0.0 {
-            if low > 0.0 || high < 0.0 {
-                return (f64::INFINITY, f64::NEG_INFINITY);
-            }
-        } else {
-            let ends = (low / disparity, high / disparity);
-            first = first.max(ends.0.min(ends.1));
-            last = last.min(ends.0.max(ends.1));
-        }
-        if let Some((from, to)) = self.visible.map(|visible| visible[x]) {
-            first = first.max(f64::from(from) - 1e-6);
-            last = last.min(f64::from(to) + 1e-6);
-        }
-        (first, last)
+        let visible = self.visible.map(|visible| visible[x]);
+        let (first, last) = seen_interval(x as f64, disparity, self.lines.columns(), visible);
+        (first.max(-self.lines.tau_before()), last.min(self.lines.tau_after()))
     }
 
     /// The frames that see the point at `x`.

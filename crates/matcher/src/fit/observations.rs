@@ -96,7 +96,7 @@ pub(super) fn row_observations(
             let highest = -least(open.map(|guess| if within(guess) { -guess } else { f32::INFINITY }));
             let common = 0.5 * (f64::from(lowest) + f64::from(highest));
             let served = open.map(within);
-            let seen = in_view(lines, (start, common), &served, &shown, frames.visible, &mut samples);
+            let seen = in_view(lines, start, common, &served, &shown, frames.visible, &mut samples);
             let moments =
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {

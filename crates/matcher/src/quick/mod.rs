@@ -101,7 +101,7 @@ impl Halved {
         let halved = volume.halved();
         let limit_px = options.largest_disparity_px(halved.columns().max(1));
         // Half of an odd number of columns is less than half of them.
-        let range = options.range.map(|range| scaled(range, 0.5)).map(|range| DisparityRange {
+        let range = options.range.map(|range| range.scaled(0.5)).map(|range| DisparityRange {
             minimum_px: range.minimum_px.clamp(-limit_px, limit_px),
             maximum_px: range.maximum_px.clamp(-limit_px, limit_px),
         });
@@ -120,7 +120,7 @@ impl Halved {
         progress.begin("looking for the range", 1);
         let found = survey(&self.volume, &self.lines, &self.options);
         progress.end();
-        Some(scaled(found?.range, 2.0))
+        Some(found?.range.scaled(2.0))
     }
 
     /// The result of `task`, searched in these frames and refined in its own. `progress` counts each row of
@@ -132,7 +132,7 @@ impl Halved {
         let Self { volume, lines, options } = self;
         let rule = SeenRule::new(volume.frames(), options.min_visible, task.rule.occlusion);
         let mut found =
-            search(Task { volume, lines, range: scaled(task.range, 0.5), rule, options, ..task }, progress)?;
+            search(Task { volume, lines, range: task.range.scaled(0.5), rule, options, ..task }, progress)?;
         if options.fit {
             found.guess = stepped(volume, lines, found.guess, rule, || ());
         }
@@ -143,8 +143,4 @@ impl Halved {
     pub(super) fn rows(&self) -> usize {
         self.volume.rows()
     }
-}
-
-fn scaled(range: DisparityRange, by: f64) -> DisparityRange {
-    DisparityRange { minimum_px: by * range.minimum_px, maximum_px: by * range.maximum_px }
 }

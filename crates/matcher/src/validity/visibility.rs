@@ -14,6 +14,30 @@ const RIM_PIXELS: usize = 3;
 /// px.
 const RIM_REACH_PX: f32 = 2.0;
 
+/// First and last tau' at which the point at column `x` lies in images `columns` wide and, if that is known, is
+/// `visible`; the first beyond the last if never.
+///
+/// The spline is mirrored at the borders, so within a pixel of them its gradient is not that of the scene.
+pub(crate) fn seen_interval(
+    x: f64,
+    disparity_px: f64,
+    columns: usize,
+    visible: Option<(f32, f32)>,
+) -> (f64, f64) {
+    let (low, high) = (1.0 - x, (columns - 2) as f64 - x);
+    let (mut first, mut last) = if disparity_px == 0.0 {
+        if low <= 0.0 && high >= 0.0 { (-1.0, 1.0) } else { (f64::INFINITY, f64::NEG_INFINITY) }
+    } else {
+        let ends = (low / disparity_px, high / disparity_px);
+        (ends.0.min(ends.1), ends.0.max(ends.1))
+    };
+    if let Some((from, to)) = visible {
+        first = first.max(f64::from(from) - 1e-6);
+        last = last.min(f64::from(to) + 1e-6);
+    }
+    (first, last)
+}
+
 /// First and last tau' in which each point of a row of `disparities` is seen, as far as the row itself tells.
 pub(crate) fn visible_intervals(disparities: &[f32], lines: &EpiLines) -> Vec<(f32, f32)> {
     let whole = (-lines.tau_before() as f32, lines.tau_after() as f32);

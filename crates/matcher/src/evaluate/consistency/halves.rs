@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::{DisparityMaps, DisparityRange, EqualDiscs, MatchError, MatchOptions, Matcher, ReferenceFrame};
+use crate::{DisparityMaps, EqualDiscs, MatchError, MatchOptions, Matcher, ReferenceFrame};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
@@ -103,13 +103,9 @@ impl Task {
         let rows: Vec<usize> = (0..volume.rows()).collect();
         let index = frames.iter().position(|&t| t == reference).unwrap_or(0);
         // A half has its own baseline, over which its disparities are stated.
-        let range = |range: DisparityRange| DisparityRange {
-            minimum_px: range.minimum_px * span,
-            maximum_px: range.maximum_px * span,
-        };
         let options = MatchOptions {
             reference: ReferenceFrame::Index(index),
-            range: options.range.map(range),
+            range: options.range.map(|range| range.scaled(span)),
             max_sigma_px: options.max_sigma_px * span,
             ..options.clone()
         };
@@ -151,6 +147,7 @@ impl Half {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::DisparityRange;
     use epirig_core::progress::Silent;
     use epirig_simulator::{Simulator, SimulatorConfig};
 
