@@ -11,7 +11,7 @@
 use rayon::prelude::*;
 
 use super::padded::PAD;
-use super::planes::{ObservationMaps, SurfacePlanes};
+use super::planes::{ObservationMaps, SurfacePlanes, Template};
 
 /// The largest variance of a blur that is believed, in px^2: a point spread of sigma 2 px.
 const LARGEST_BLUR: f64 = 4.0;
@@ -25,13 +25,17 @@ pub(super) struct Blur {
 
 /// Finds the variance of the blur, in px^2, from the observations and the planes through them, and takes its
 /// effect off the observations' moments. Without slants nothing is found and nothing changes.
-pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePlanes) -> Blur {
+pub(super) fn take_off_drift(
+    observations: &mut ObservationMaps,
+    template: &Template,
+    map: &SurfacePlanes,
+) -> Blur {
     let rows = observations.rows();
     // Numerator and denominator of the regression, row by row: the order of sums is fixed.
     let sums: Vec<[f64; 3]> = (0..rows)
         .into_par_iter()
         .map(|y| {
-            let drift = drift_row(observations, map, y);
+            let drift = drift_row(observations, template, map, y);
             let (moment, weight, inverse) =
                 (observations.moment.row(y), observations.weight.row(y), observations.inverse.row(y));
             let disparity = map.disparity.row(y);
@@ -54,7 +58,8 @@ pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePl
         return Blur { variance: 0.0, information: 0.0 };
     }
     let blur = (numerator / denominator).clamp(0.0, LARGEST_BLUR);
-    let drifts: Vec<Vec<f32>> = (0..rows).into_par_iter().map(|y| drift_row(observations, map, y)).collect();
+    let drifts: Vec<Vec<f32>> =
+        (0..rows).into_par_iter().map(|y| drift_row(observations, template, map, y)).collect();
     observations.moment.par_rows().zip(drifts).for_each(|(moment, drift)| {
         for (moment, drift) in moment.iter_mut().zip(drift) {
             *moment -= blur as f32 * drift;
@@ -64,11 +69,16 @@ pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePl
 }
 
 /// Moments that a blur of variance 1 adds to row `y`: S g (p I_xx + q I_xy).
-pub(super) fn drift_row(observations: &ObservationMaps, map: &SurfacePlanes, y: usize) -> Vec<f32> {
+pub(super) fn drift_row(
+    observations: &ObservationMaps,
+    template: &Template,
+    map: &SurfacePlanes,
+    y: usize,
+) -> Vec<f32> {
     let (weight, gradient, curvature) =
-        (observations.weight.row(y), observations.gradient.row(y), observations.curvature.row(y));
+        (observations.weight.row(y), template.gradient.row(y), template.curvature.row(y));
     let (first, last) = (y.saturating_sub(1), (y + 1).min(observations.rows() - 1));
-    let (above, below) = (observations.gradient.row(first), observations.gradient.row(last));
+    let (above, below) = (template.gradient.row(first), template.gradient.row(last));
     let per_row = 1.0 / (last - first).max(1) as f32;
     let (p, q) = (map.slant_x.row(y), map.slant_y.row(y));
     let mut drift = vec![0.0; weight.len()];
@@ -116,10 +126,13 @@ mod tests {
     /// Observations on a surface whose slants are `scale` times the formula's, seen through a blur
     /// of variance `blur`, with noise of `sigma` DN; and the true surface, flat in the first and
     /// last row, which have no neighbour on one side.
-    fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationMaps, SurfacePlanes) {
-        let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
-        observations.noise = Padded::filled(ROWS, COLUMNS, 1.0);
-        let [disparity_map, slant_x, slant_y] = [(); 3].map(|()| Padded::filled(ROWS, COLUMNS, 0.0));
+    fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationMaps, Template, SurfacePlanes) {
+        let zeros = || Padded::filled(ROWS, COLUMNS, 0.0);
+        let noise = Padded::filled(ROWS, COLUMNS, 1.0);
+        let [weight, moment, inverse] = [(); 3].map(|()| zeros());
+        let mut observations = ObservationMaps { weight, moment, inverse, noise_gain: 1.0, noise };
+        let mut template = Template { gradient: zeros(), curvature: zeros(), intensity: zeros() };
+        let [disparity_map, slant_x, slant_y] = [(); 3].map(|()| zeros());
         let mut map = SurfacePlanes { disparity: disparity_map, slant_x, slant_y };
         let mut random = ChaCha8Rng::seed_from_u64(11);
         for y in 0..ROWS {
@@ -135,8 +148,8 @@ mod tests {
                 observations.weight.row_mut(y)[place] = weight as f32;
                 observations.inverse.row_mut(y)[place] = (1.0 / weight) as f32;
                 observations.moment.row_mut(y)[place] = moment as f32;
-                observations.gradient.row_mut(y)[place] = gradient as f32;
-                observations.curvature.row_mut(y)[place] = curvature as f32;
+                template.gradient.row_mut(y)[place] = gradient as f32;
+                template.curvature.row_mut(y)[place] = curvature as f32;
                 map.disparity.row_mut(y)[place] = (scale * disparity(column, row)) as f32;
                 if y > 0 && y + 1 < ROWS {
                     map.slant_x.row_mut(y)[place] = (scale * p) as f32;
@@ -144,14 +157,14 @@ mod tests {
                 }
             }
         }
-        (observations, map)
+        (observations, template, map)
     }
 
     /// The blur that was taken off, by its effect on the moments of all inner pixels: least and greatest.
     fn taken_off(blur: f64, sigma: f64) -> (f64, f64) {
-        let (mut observations, map) = observations_through(blur, 1.0, sigma);
+        let (mut observations, template, map) = observations_through(blur, 1.0, sigma);
         let before = observations.clone();
-        take_off_drift(&mut observations, &map);
+        take_off_drift(&mut observations, &template, &map);
         let mut range = (f64::INFINITY, f64::NEG_INFINITY);
         for y in 1..ROWS - 1 {
             for x in 0..COLUMNS {
@@ -174,8 +187,8 @@ mod tests {
         // that for the difference.
         let (least, greatest) = taken_off(0.7, 0.0);
         assert!(least > 0.7 - 1e-4 && greatest < 0.7 + 1e-4, "{least} to {greatest}");
-        let (mut observations, map) = observations_through(0.7, 1.0, 0.0);
-        take_off_drift(&mut observations, &map);
+        let (mut observations, template, map) = observations_through(0.7, 1.0, 0.0);
+        take_off_drift(&mut observations, &template, &map);
         for y in 1..ROWS - 1 {
             for x in 0..COLUMNS {
                 let place = PAD + x;
@@ -213,9 +226,9 @@ mod tests {
 
     #[test]
     fn without_slants_nothing_changes() {
-        let (mut observations, map) = observations_through(0.7, 0.0, 1.0);
+        let (mut observations, template, map) = observations_through(0.7, 0.0, 1.0);
         let before = observations.clone();
-        take_off_drift(&mut observations, &map);
+        take_off_drift(&mut observations, &template, &map);
         for y in 0..ROWS {
             assert_eq!(observations.moment.row(y), before.moment.row(y));
         }

@@ -20,9 +20,8 @@ use rayon::prelude::*;
 
 use super::foreshortening::drift_row;
 use super::padded::PAD;
-use super::planes::{ObservationMaps, SurfacePlanes};
+use super::planes::{Guess, ObservationMaps, SurfacePlanes, Template};
 use crate::one_surface::OneSurface;
-use epirig_core::grid::Grid;
 
 /// Side of the squares in which the disparity is a plane, in px.
 const SIDE: usize = 8;
@@ -77,21 +76,21 @@ pub(super) struct Drift {
 /// middle of a square.
 type Field = [f64; 6];
 
-/// Takes the drift of the light off the observations around `guess`, counted from `origin`.
-/// `slants` are those of the surface, where they are known.
+/// Takes the drift of the light off the observations around `guess`. `slants` are those of the surface, where they are known.
 pub(super) fn take_off_light(
     observations: &mut ObservationMaps,
-    (guess, origin): (&Grid<f32>, f32),
+    template: &Template,
+    guess: Guess<'_>,
     slants: Option<&SurfacePlanes>,
 ) -> Option<Drift> {
-    let (rows, columns) = (guess.rows(), guess.columns());
+    let (rows, columns) = (guess.map.rows(), guess.map.columns());
     let (down, across) = (rows.div_ceil(SIDE), columns.div_ceil(SIDE));
-    let middle = mean_intensity(observations);
+    let middle = mean_intensity(observations, template);
     let of_row = |row: usize| {
-        let squares = Squares { observations, guess, origin, middle, top: SIDE * row };
+        let squares = Squares { observations, template, guess, middle, top: SIDE * row };
         let drift: Option<Vec<Vec<f32>>> = slants.map(|slants| {
             let rows = squares.top..(squares.top + SIDE).min(rows);
-            rows.map(|y| drift_row(observations, slants, y)).collect()
+            rows.map(|y| drift_row(observations, template, slants, y)).collect()
         });
         let told = (0..across).map(|square| squares.told(SIDE * square, drift.as_deref()));
         told.collect::<Vec<_>>()
@@ -99,10 +98,11 @@ pub(super) fn take_off_light(
     let told: Vec<Option<Told>> = (0..down).into_par_iter().flat_map_iter(of_row).collect();
     let fields = fields(&told, across)?;
     let stride = observations.weight.stride;
-    let ObservationMaps { moment, weight, gradient, intensity, .. } = observations;
+    let ObservationMaps { moment, weight, .. } = observations;
+    let Template { gradient, intensity, .. } = template;
     let of_row = |(y, moment): (usize, &mut [f32])| {
         let mut sums = [0.0; 4];
-        let maps = [&*weight, &*gradient, &*intensity].map(|map| &map.values[y * stride..(y + 1) * stride]);
+        let maps = [&*weight, gradient, intensity].map(|map| &map.values[y * stride..(y + 1) * stride]);
         let [weight, gradient, intensity] = maps;
         let fields = &fields[y / SIDE * across..][..across];
         let v = from_middle(y);
@@ -141,11 +141,11 @@ fn from_middle(index: usize) -> f64 {
 
 /// The mean intensity of all observations, in DN. Intensities are counted from it: so they are
 /// little correlated with 1.
-fn mean_intensity(observations: &ObservationMaps) -> f64 {
+fn mean_intensity(observations: &ObservationMaps, template: &Template) -> f64 {
     let sums: Vec<[f64; 2]> = (0..observations.rows())
         .into_par_iter()
         .map(|y| {
-            let pixels = observations.intensity.row(y).iter().zip(observations.weight.row(y));
+            let pixels = template.intensity.row(y).iter().zip(observations.weight.row(y));
             let observed = pixels.filter(|(_, weight)| **weight > 0.0);
             observed.fold([0.0; 2], |[sum, count], (value, _)| [sum + f64::from(*value), count + 1.0])
         })
@@ -157,8 +157,8 @@ fn mean_intensity(observations: &ObservationMaps) -> f64 {
 /// The squares of one row of squares.
 struct Squares<'a> {
     observations: &'a ObservationMaps,
-    guess: &'a Grid<f32>,
-    origin: f32,
+    template: &'a Template,
+    guess: Guess<'a>,
     /// Intensities are counted from this, in DN.
     middle: f64,
     /// The first row of pixels.
@@ -168,7 +168,7 @@ struct Squares<'a> {
 impl Squares<'_> {
     /// What the square from column `left` on tells; `None` if that is too little.
     fn told(&self, left: usize, drift: Option<&[Vec<f32>]>) -> Option<Told> {
-        let Self { observations, guess, top, .. } = *self;
+        let Self { observations, template, guess: Guess { map: guess, origin }, top, .. } = *self;
         let (rows, columns) = ((top + SIDE).min(guess.rows()), (left + SIDE).min(guess.columns()));
         let surface = guess.at(usize::midpoint(left, columns), usize::midpoint(top, rows));
         if surface.is_nan() {
@@ -177,14 +177,14 @@ impl Squares<'_> {
         let is_fitted = drift.is_some();
         let mut sums = [[0.0_f32; REGRESSORS + 1]; REGRESSORS + 1];
         let (mut count, mut noise) = (0.0_f32, 0.0_f32);
-        let base = surface - self.origin;
+        let base = surface - origin;
         for y in top..rows {
             let maps = [
                 &observations.weight,
                 &observations.moment,
                 &observations.inverse,
-                &observations.gradient,
-                &observations.intensity,
+                &template.gradient,
+                &template.intensity,
                 &observations.noise,
             ];
             let maps = maps.map(|map| map.row(y));
@@ -200,7 +200,7 @@ impl Squares<'_> {
                 let drift = drift.map_or(0.0, |rows| rows[y - top][PAD + x] / per_gradient);
                 // A surface that has been fitted brings its walls with it. Disparities of a search
                 // follow the light.
-                let base = if is_fitted { guess.at(x, y) - self.origin } else { base };
+                let base = if is_fitted { guess.at(x, y) - origin } else { base };
                 let observed = gradient * inverse * (moment - weight * base);
                 let (u, v) = (from_middle(x) as f32, from_middle(y) as f32);
                 let brightness = intensity - self.middle as f32;

@@ -50,6 +50,7 @@ use local_surface::{Joined, joined};
 pub(crate) use local_surface::{Sizes, largest_disc_px};
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use padded::{PAD, Padded};
+use planes::{Guess, Observations};
 use spline::GRADIENT_NOISE_GAIN;
 use steps::{Steps, extremes};
 
@@ -121,7 +122,7 @@ pub(crate) fn fit(
     steps.find_gains(&current);
     let turns = Turns::new();
     let minimum_frames = options.rule.minimum_frames;
-    let (mut planes, sums) = steps.observations(&current, 1, |row| {
+    let (Observations { maps, template, residual }, sums) = steps.observations(&current, 1, |row| {
         report();
         let of_lines = RowLines { lines, disparities: row.guesses, visible: row.visible, minimum_frames };
         let sampled = options.steps > 0 && is_sampled(row.y, rows);
@@ -134,19 +135,17 @@ pub(crate) fn fit(
         rows.for_each(|(y, out)| {
             let mut intensities = vec![0.0; columns];
             volume.copy_row(y, lines.reference(), &mut intensities);
-            let [residual, noise] = [&planes.residual, &planes.noise].map(|map| &map.row(y)[PAD..]);
+            let [residual, noise] = [&residual, &maps.noise].map(|map| &map.row(y)[PAD..]);
             TestedRow { intensities: &intensities, guesses: current.row(y), residual, noise }
                 .find_outliers(share, out);
         });
         outliers
     });
-    planes.forget_residuals();
-    let origin = steps.origin;
+    drop(residual);
+    let guess = Guess { map: &current, origin: steps.origin };
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
-    let supports = (options.sizes, least_texture);
     let Joined { disparity: found, variance, texture, light } =
-        joined(steps.level, &mut planes, (&current, origin), options.steps > 0, supports);
-    drop(planes);
+        joined(steps.level, maps, template, guess, options, least_texture);
     let amplitudes = Amplitudes::of(&sums);
     let significant = amplitudes.as_ref().filter(|amplitudes| amplitudes.are_significant());
     let locking_px = significant.map(|amplitudes| {
@@ -166,7 +165,7 @@ pub(crate) fn fit(
     out.enumerate().for_each(|(y, (disparity, sigma))| {
         let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
         for x in 0..columns {
-            let (guess, found) = (disparity[x], row(&found, x) + origin);
+            let (guess, found) = (disparity[x], row(&found, x) + steps.origin);
             let bias = locking_px.as_ref().map_or(0.0, |biases| biases.row(y)[x]);
             let variance = row(&variance, x) + bias * bias;
             let textured = row(&texture, x) > least_texture && variance.is_finite();

@@ -22,11 +22,6 @@ impl Padded {
         Self { stride, values: rayon::iter::repeat_n(value, rows * stride).collect() }
     }
 
-    /// No room at all.
-    pub(super) fn given_back() -> Self {
-        Self::filled(0, 0, 0.0)
-    }
-
     /// Row `y` with the room on both sides.
     pub(super) fn row(&self, y: usize) -> &[f32] {
         &self.values[y * self.stride..(y + 1) * self.stride]

@@ -25,15 +25,44 @@ pub(super) struct ObservationMaps {
     pub(super) inverse: Padded,
     /// Variance of residuals over that of the noise at the frequencies of the texture.
     pub(super) noise_gain: f32,
-    /// Variance of the noise around the pixel, in DN^2, once it is known.
+    /// Variance of the noise around the pixel, in DN^2.
     pub(super) noise: Padded,
-    /// Derivatives of the template along x.
+}
+
+/// The template of each pixel.
+#[derive(Debug, Clone)]
+pub(super) struct Template {
+    /// Derivatives along x.
     pub(super) gradient: Padded,
     pub(super) curvature: Padded,
     /// Mean intensity along the line, in DN.
     pub(super) intensity: Padded,
-    /// Variance of the pixel's own residuals, as noise, in DN^2, once the noise is known.
+}
+
+/// What all pixels have observed.
+pub(super) struct Observations {
+    pub(super) maps: ObservationMaps,
+    pub(super) template: Template,
+    /// Variance of the pixel's own residuals, as noise, in DN^2.
     pub(super) residual: Padded,
+}
+
+/// Observations that are put in row by row, before the noise is known.
+pub(super) struct RawObservations {
+    weight: Padded,
+    moment: Padded,
+    inverse: Padded,
+    /// Variance of the pixel's own residuals, in DN^2.
+    residual: Padded,
+    template: Template,
+}
+
+/// Disparities in px that observations start from; NaN where there is none.
+#[derive(Clone, Copy)]
+pub(super) struct Guess<'a> {
+    pub(super) map: &'a Grid<f32>,
+    /// The disparity that the observations are counted from, in px.
+    pub(super) origin: f32,
 }
 
 /// A row of observation planes to be filled.
@@ -58,35 +87,21 @@ impl ObservationRow<'_> {
 }
 
 impl ObservationMaps {
-    pub(super) fn empty(rows: usize, columns: usize) -> Self {
-        let plane = || Padded::filled(rows, columns, 0.0);
-        Self {
-            weight: plane(),
-            moment: plane(),
-            inverse: plane(),
-            noise_gain: 1.0,
-            noise: Padded::given_back(),
-            gradient: plane(),
-            curvature: plane(),
-            intensity: plane(),
-            residual: plane(),
-        }
-    }
-
     pub(super) fn rows(&self) -> usize {
         self.weight.values.len() / self.weight.stride
     }
+}
 
-    /// Gives back the room of the residuals.
-    pub(super) fn forget_residuals(&mut self) {
-        self.residual = Padded::given_back();
-    }
-
-    /// Gives back the room of the template and its derivatives.
-    pub(super) fn forget_template(&mut self) {
-        self.intensity = Padded::given_back();
-        self.gradient = Padded::given_back();
-        self.curvature = Padded::given_back();
+impl RawObservations {
+    pub(super) fn empty(rows: usize, columns: usize) -> Self {
+        let map = || Padded::filled(rows, columns, 0.0);
+        Self {
+            weight: map(),
+            moment: map(),
+            inverse: map(),
+            residual: map(),
+            template: Template { gradient: map(), curvature: map(), intensity: map() },
+        }
     }
 
     /// Estimates the noise around each pixel, and reduces the weight of pixels whose residuals exceed it.
@@ -96,33 +111,31 @@ impl ObservationMaps {
     /// `reach` + 1, without residuals that exceed the harmonic mean by more than chance: the harmonic mean is
     /// hardly influenced by a few large ones. The limit is gradual, so that a small change of the input
     /// changes the result by little.
-    pub(super) fn estimate_noise(&mut self, reach: usize, gain: f32, least: f32, freedom: f32) {
-        self.noise_gain = gain;
-        let stride = self.weight.stride;
-        self.residual.par_rows().zip(self.inverse.values.par_chunks(stride)).for_each(
-            |(residual, inverse)| {
-                for (residual, inverse) in residual.iter_mut().zip(inverse) {
-                    *residual = if *inverse > 0.0 { (*residual / gain).max(least) } else { 0.0 };
-                }
-            },
-        );
+    pub(super) fn estimate_noise(self, reach: usize, gain: f32, least: f32, freedom: f32) -> Observations {
+        let Self { mut weight, mut moment, mut inverse, mut residual, template } = self;
+        let stride = weight.stride;
+        residual.par_rows().zip(inverse.values.par_chunks(stride)).for_each(|(residual, inverse)| {
+            for (residual, inverse) in residual.iter_mut().zip(inverse) {
+                *residual = if *inverse > 0.0 { (*residual / gain).max(least) } else { 0.0 };
+            }
+        });
         // The mean of one over a chi-squared variable of n degrees of freedom is n / (n - 2) times one over
         // its mean.
         let harmonic = (freedom - 2.0).max(1.0) / freedom;
         let exceeding = 1.0 + EXCEEDS_SIGMAS * (2.0 / freedom).sqrt();
-        let inverses = box_means([&self.residual], reach, |[residual]| (1.0, 1.0 / residual));
+        let inverses = box_means([&residual], reach, |[residual]| (1.0, 1.0 / residual));
         // How far a residual belongs to the noise whose inverses have this mean, 1 to 0.
         let belongs = move |residual: f32, inverse: f32| {
             let over = residual * harmonic * inverse / exceeding;
             ((EXCEEDS_WHOLLY - over) / (EXCEEDS_WHOLLY - 1.0)).clamp(0.0, 1.0)
         };
-        self.noise = box_means([&self.residual, &inverses], reach, |[residual, inverse]| {
+        let mut noise = box_means([&residual, &inverses], reach, |[residual, inverse]| {
             let weight = belongs(residual, inverse);
             (weight, weight * residual)
         });
-        let observations = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
-        let residuals = self.residual.values.par_chunks(stride).zip(inverses.values.par_chunks(stride));
-        observations.zip(self.noise.par_rows()).zip(residuals).for_each(
+        let observations = weight.par_rows().zip(moment.par_rows()).zip(inverse.par_rows());
+        let residuals = residual.values.par_chunks(stride).zip(inverses.values.par_chunks(stride));
+        observations.zip(noise.par_rows()).zip(residuals).for_each(
             |((((weight, moment), one_over), noise), (residual, inverse))| {
                 for place in 0..stride {
                     noise[place] = noise[place].max(least);
@@ -137,13 +150,15 @@ impl ObservationMaps {
                 }
             },
         );
+        let maps = ObservationMaps { weight, moment, inverse, noise_gain: gain, noise };
+        Observations { maps, template, residual }
     }
 
     pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = ObservationRow<'_>> {
         let first = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
         let second = first.zip(self.residual.par_rows());
-        let all = second.zip(self.gradient.par_rows()).zip(self.curvature.par_rows());
-        let all = all.zip(self.intensity.par_rows());
+        let Template { gradient, curvature, intensity } = &mut self.template;
+        let all = second.zip(gradient.par_rows()).zip(curvature.par_rows()).zip(intensity.par_rows());
         all.map(|((((((a, b), c), d), e), f), g)| ObservationRow { planes: [a, b, c, d, e, f, g] })
     }
 }
@@ -159,9 +174,9 @@ pub(super) struct SurfacePlanes {
 }
 
 impl SurfacePlanes {
-    /// A surface, counted from `origin`, whose slants are the differences of neighbours up to this steep, in
+    /// A surface whose slants are the differences of neighbours up to this steep, in
     /// px/px: steeper ones are edges of things. Without a disparity it is flat.
-    pub(super) fn of_surface(surface: &Grid<f32>, origin: f32, steepest: f32) -> Self {
+    pub(super) fn of_surface(Guess { map: surface, origin }: Guess<'_>, steepest: f32) -> Self {
         let (rows, columns) = (surface.rows(), surface.columns());
         let [mut disparity, mut slant_x, mut slant_y] = [(); 3].map(|()| Padded::filled(rows, columns, 0.0));
         let slant = |difference: f32, distance: usize| {

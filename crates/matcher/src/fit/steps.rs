@@ -11,7 +11,7 @@ use super::observations::{
     FramesUsed, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
 };
 use super::padded::PAD;
-use super::planes::ObservationMaps;
+use super::planes::{Guess, Observations, RawObservations};
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use crate::lines::{EpiLines, SeenRule};
 use crate::options::Occlusion;
@@ -111,10 +111,10 @@ impl<'a> Steps<'a> {
         current: &Grid<f32>,
         every: usize,
         look: impl Fn(ObservedRow<'_>) -> T + Sync,
-    ) -> (ObservationMaps, Vec<T>) {
+    ) -> (Observations, Vec<T>) {
         let (rows, columns) = (current.rows(), current.columns());
-        let mut planes = ObservationMaps::empty(rows, columns);
-        let looked = planes.par_rows().enumerate().map_init(
+        let mut raw = RawObservations::empty(rows, columns);
+        let looked = raw.par_rows().enumerate().map_init(
             || (SplineEpi::default(), vec![UNOBSERVED; columns]),
             |(epi, observations), (y, out)| {
                 let reference = self.lines.reference();
@@ -144,8 +144,8 @@ impl<'a> Steps<'a> {
         );
         let looked = looked.collect();
         let freedom = (self.volume.frames() / every).saturating_sub(2).max(1) as f32;
-        planes.estimate_noise(NOISE_REACH, self.noise_gain(), QUANTISATION_VARIANCE as f32, freedom);
-        (planes, looked)
+        let least = QUANTISATION_VARIANCE as f32;
+        (raw.estimate_noise(NOISE_REACH, self.noise_gain(), least, freedom), looked)
     }
 
     /// Variance of the residuals along the lines over that of the noise at the frequencies of the texture.
@@ -168,9 +168,9 @@ impl<'a> Steps<'a> {
                 misplaced
             })
         };
-        let (mut planes, misplaced) = self.observations(current, every, look);
-        planes.forget_residuals();
-        let disparity = rough_surface(self.level, &mut planes, (&*current, self.origin), self.sizes);
+        let (Observations { mut maps, template, .. }, misplaced) = self.observations(current, every, look);
+        let guess = Guess { map: current, origin: self.origin };
+        let disparity = rough_surface(self.level, &mut maps, &template, guess, self.sizes);
         let columns = current.columns();
         for (y, misplaced) in misplaced.into_iter().enumerate() {
             let found = &disparity.row(y)[PAD..PAD + columns];

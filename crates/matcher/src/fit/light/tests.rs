@@ -4,6 +4,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 use crate::fit::observations::{Observation, UNOBSERVED};
+use crate::fit::planes::{Observations, RawObservations};
+use epirig_core::grid::Grid;
 
 const ROWS: usize = 64;
 const COLUMNS: usize = 96;
@@ -18,9 +20,9 @@ fn observed(
     surface: impl Fn(f32, f32) -> f32,
     light: impl Fn(f32, f32, f32) -> f32,
     guess: &Grid<f32>,
-) -> ObservationMaps {
+) -> Observations {
     let mut random = ChaCha8Rng::seed_from_u64(7);
-    let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
+    let mut observations = RawObservations::empty(ROWS, COLUMNS);
     let rows: Vec<Vec<Observation>> = (0..ROWS)
         .map(|y| {
             let mut row = vec![UNOBSERVED; COLUMNS];
@@ -46,8 +48,7 @@ fn observed(
         })
         .collect();
     observations.par_rows().zip(&rows).for_each(|(row, observations)| row.put(observations, 0.0));
-    observations.estimate_noise(3, 1.0, 0.01, 30.0);
-    observations
+    observations.estimate_noise(3, 1.0, 0.01, 30.0)
 }
 
 /// The weighted mean of what observations are off, in px, in the middle of the map, and their root
@@ -87,10 +88,10 @@ fn drifting_light_is_told_from_the_surface() {
             guess.row_mut(y)[x] = tilted(x as f32, y as f32) + wrong;
         }
     }
-    let mut observations = observed(tilted, drifting, &guess);
+    let Observations { maps: mut observations, template, .. } = observed(tilted, drifting, &guess);
     let (_, before) = off(&observations, tilted);
     assert!(before > 20.0, "{before}");
-    take_off_light(&mut observations, (&guess, 0.0), None);
+    take_off_light(&mut observations, &template, Guess { map: &guess, origin: 0.0 }, None);
     let (mean, after) = off(&observations, tilted);
     // The mean of 2,000 observations is known to a thousandth of a px; six unknowns in 600 pixels
     // take a hundredth of the variance, and add as much where they are wrong.
@@ -100,9 +101,9 @@ fn drifting_light_is_told_from_the_surface() {
 #[test]
 fn steady_light_takes_hardly_anything() {
     let guess = Grid::filled(ROWS, COLUMNS, DISPARITY_PX);
-    let mut observations = observed(tilted, |_, _, _| 0.0, &guess);
+    let Observations { maps: mut observations, template, .. } = observed(tilted, |_, _, _| 0.0, &guess);
     let before = off(&observations, tilted).1;
-    take_off_light(&mut observations, (&guess, 0.0), None);
+    take_off_light(&mut observations, &template, Guess { map: &guess, origin: 0.0 }, None);
     let after = off(&observations, tilted).1;
     assert!((after / before - 1.0).abs() < 0.02, "{before} {after}");
 }
@@ -117,8 +118,8 @@ fn squares_that_two_surfaces_share_tell_nothing_wrong() {
             guess.row_mut(y)[x] = walled(x as f32, y as f32);
         }
     }
-    let mut observations = observed(walled, drifting, &guess);
-    take_off_light(&mut observations, (&guess, 0.0), None);
+    let Observations { maps: mut observations, template, .. } = observed(walled, drifting, &guess);
+    take_off_light(&mut observations, &template, Guess { map: &guess, origin: 0.0 }, None);
     let (mean, after) = off(&observations, walled);
     assert!(mean.abs() < 0.003 && (after - 1.0).abs() < 0.05, "{mean} px, {after} of the noise");
 }
@@ -126,8 +127,8 @@ fn squares_that_two_surfaces_share_tell_nothing_wrong() {
 #[test]
 fn nothing_observed_changes_nothing() {
     let guess = Grid::filled(ROWS, COLUMNS, f32::NAN);
-    let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
-    observations.estimate_noise(3, 1.0, 0.01, 30.0);
-    take_off_light(&mut observations, (&guess, 0.0), None);
+    let raw = RawObservations::empty(ROWS, COLUMNS);
+    let Observations { maps: mut observations, template, .. } = raw.estimate_noise(3, 1.0, 0.01, 30.0);
+    take_off_light(&mut observations, &template, Guess { map: &guess, origin: 0.0 }, None);
     assert!(observations.moment.values.iter().all(|moment| *moment == 0.0));
 }

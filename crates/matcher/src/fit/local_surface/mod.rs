@@ -30,14 +30,14 @@ mod texture;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use super::Fit;
 use super::foreshortening::take_off_drift;
 use super::light::{Drift, take_off_light};
 use super::padded::{PAD, Padded};
-use super::planes::{ObservationMaps, SurfacePlanes};
+use super::planes::{Guess, ObservationMaps, SurfacePlanes, Template};
 use crate::one_surface::OneSurface;
 use crate::options::MatchOptions;
 use discs::Discs;
-use epirig_core::grid::Grid;
 use model::{Model, Shapes};
 use observed::Observed;
 use pooling::{halved_sums, of_observed};
@@ -122,43 +122,44 @@ impl Sizes {
 pub(super) fn rough_surface(
     level: Level,
     observations: &mut ObservationMaps,
-    (guess, origin): (&Grid<f32>, f32),
+    template: &Template,
+    guess: Guess<'_>,
     sizes: Sizes,
 ) -> Padded {
-    take_off_light(observations, (guess, origin), None);
+    take_off_light(observations, template, guess, None);
     let sizes = match sizes {
         Sizes::Two => Sizes::Two,
         // What the step finds is a guess.
         Sizes::Equal | Sizes::Growing { .. } => Sizes::Growing { wanted_sigma_px: f64::INFINITY },
     };
     let model = sizes.model(EXPECTED_BLUR, 0.0);
-    surface(level, &Observed::of(observations, guess, origin), model).disparity
+    surface(level, &Observed::of(observations, guess), model).disparity
 }
 
-/// Joins the `observations` around `guess`, counted from `origin`. The effect of the blur is taken
-/// off them first, unless the guesses are those of the search (`guess_is_fitted`): their steps are
-/// no slants. Pixels whose mean precision is less than `least_texture`, in 1/px^2, show no more
+/// Joins the `observations` around `guess`. The effect of the blur is taken off them first, unless
+/// the guesses are those of the search (no steps): their steps are no slants. Pixels whose mean precision is less than `least_texture`, in 1/px^2, show no more
 /// texture than noise does.
 pub(super) fn joined(
     level: Level,
-    observations: &mut ObservationMaps,
-    (guess, origin): (&Grid<f32>, f32),
-    guess_is_fitted: bool,
-    (sizes, least_texture): (Sizes, f32),
+    mut observations: ObservationMaps,
+    template: Template,
+    guess: Guess<'_>,
+    Fit { sizes, steps, .. }: Fit,
+    least_texture: f32,
 ) -> Joined {
     let mut blur = EXPECTED_BLUR;
-    let slants = guess_is_fitted.then(|| SurfacePlanes::of_surface(guess, origin, OneSurface::FINE.slant));
-    let light = take_off_light(observations, (guess, origin), slants.as_ref());
+    let slants = (steps > 0).then(|| SurfacePlanes::of_surface(guess, OneSurface::FINE.slant));
+    let light = take_off_light(&mut observations, &template, guess, slants.as_ref());
     if let Some(slants) = slants {
-        let found = take_off_drift(observations, &slants);
+        let found = take_off_drift(&mut observations, &template, &slants);
         // What is left of a wall is spread by all of the blur: its drift was the part that goes
         // with the texture.
         blur = (found.information * found.variance + EXPECTED_BLUR_INFORMATION * EXPECTED_BLUR)
             / (found.information + EXPECTED_BLUR_INFORMATION);
     }
     blur = blur.max(APERTURE);
-    observations.forget_template();
-    let observed = Observed::of(observations, guess, origin);
+    drop(template);
+    let observed = Observed::of(&observations, guess);
     let model = sizes.model(blur, least_texture);
     let mut surface = match sizes {
         Sizes::Equal => Discs::new(EQUAL, None, &model, 1.0).surface(level, &observed, &observed.guess),

@@ -3,9 +3,8 @@
 use rayon::prelude::*;
 
 use crate::fit::padded::{PAD, Padded};
-use crate::fit::planes::ObservationMaps;
+use crate::fit::planes::{Guess, ObservationMaps};
 use crate::one_surface::OneSurface;
-use epirig_core::grid::Grid;
 
 /// A pixel's own observation has no more than this share in its disparity.
 const LARGEST_SHARE: f32 = 0.95;
@@ -33,8 +32,8 @@ impl Observed {
         Self { value: map(0.0), precision: map(0.0), guess: map(f32::NAN), columns }
     }
 
-    /// The `observations` around `guess`, counted from `origin`.
-    pub(super) fn of(observations: &ObservationMaps, guess: &Grid<f32>, origin: f32) -> Self {
+    /// The `observations` around a guess.
+    pub(super) fn of(observations: &ObservationMaps, Guess { map: guess, origin }: Guess<'_>) -> Self {
         let mut observed = Self::none(guess.rows(), guess.columns());
         let Self { value, precision, guess: around, .. } = &mut observed;
         let maps = value.par_rows().zip(precision.par_rows()).zip(around.par_rows()).enumerate();

@@ -18,45 +18,47 @@ pub(super) struct Surface {
     /// What is to be added to it, in px^2: by places of walls between those that are tried, and by
     /// relief that larger discs smooth away.
     pub(super) addition: Padded,
-    /// Slants of the plane through the disc, in px per pixel of the map; no room where they are not
-    /// needed.
-    pub(super) slants: [Padded; 2],
+    /// Slants of the plane through the disc, in px per pixel of the map, where they are needed.
+    pub(super) slants: Option<[Padded; 2]>,
 }
 
 /// A row of each map.
-pub(super) struct SurfaceRow<'a>([&'a mut [f32]; 5]);
+pub(super) struct SurfaceRow<'a> {
+    /// Disparity, variance and addition.
+    maps: [&'a mut [f32]; 3],
+    slants: Option<[&'a mut [f32]; 2]>,
+}
 
 impl Surface {
     pub(super) fn unknown(rows: usize, columns: usize, has_slants: bool) -> Self {
         let map = |value| Padded::filled(rows, columns, value);
-        let slant = || if has_slants { map(0.0) } else { Padded::given_back() };
         Self {
             disparity: map(0.0),
             variance: map(f32::INFINITY),
             addition: map(0.0),
-            slants: [slant(), slant()],
+            slants: has_slants.then(|| [map(0.0), map(0.0)]),
         }
     }
 
     /// Two rows at a time; the last may be alone.
     pub(super) fn par_row_pairs(&mut self) -> impl IndexedParallelIterator<Item = Vec<SurfaceRow<'_>>> {
         let stride = self.disparity.stride;
-        let [p, q] = &mut self.slants;
-        let maps = [&mut self.disparity, &mut self.variance, &mut self.addition, p, q];
+        let maps = [&mut self.disparity, &mut self.variance, &mut self.addition];
         let mut maps = maps.map(|map| map.values.chunks_mut(stride));
-        let rows = std::iter::from_fn(move || {
-            let [a, b, c, d, e] = &mut maps;
-            // Maps without room have no rows.
-            let [d, e] = [d, e].map(|slants| slants.next().unwrap_or_default());
-            Some(SurfaceRow([a.next()?, b.next()?, c.next()?, d, e]))
+        let mut slants =
+            self.slants.as_mut().map(|slants| slants.each_mut().map(|map| map.values.chunks_mut(stride)));
+        let mut rows = std::iter::from_fn(move || {
+            let [a, b, c] = &mut maps;
+            let slants = match &mut slants {
+                Some([p, q]) => Some([p.next()?, q.next()?]),
+                None => None,
+            };
+            Some(SurfaceRow { maps: [a.next()?, b.next()?, c.next()?], slants })
         });
-        let mut rows: Vec<SurfaceRow<'_>> = rows.collect();
-        let mut pairs = Vec::with_capacity(rows.len().div_ceil(2));
-        let mut left = rows.drain(..);
-        while let Some(first) = left.next() {
-            pairs.push(std::iter::once(first).chain(left.next()).collect::<Vec<_>>());
+        let mut pairs = Vec::new();
+        while let Some(first) = rows.next() {
+            pairs.push(std::iter::once(first).chain(rows.next()).collect::<Vec<_>>());
         }
-        drop(left);
         pairs.into_par_iter()
     }
 
@@ -73,20 +75,22 @@ impl Surface {
         doubled.par_row_pairs().enumerate().for_each(|(half, rows)| {
             let (d, variance, addition) =
                 (self.disparity.row(half), self.variance.row(half), self.addition.row(half));
-            let [p, q] = [0, 1].map(|along| self.slants[along].row(half));
-            for ((y, SurfaceRow(row)), down) in (2 * half..).zip(rows).zip([-0.25, 0.25]) {
+            let slants = self.slants.as_ref().map(|maps| maps.each_ref().map(|map| map.row(half)));
+            for ((y, row), down) in (2 * half..).zip(rows).zip([-0.25, 0.25]) {
                 let guess = fine.guess.row(y);
+                let [disparities, variances, additions] = row.maps;
+                let mut out = row.slants;
                 for place in PAD..PAD + fine.columns {
                     let from = PAD + (place - PAD) / 2;
                     let across = if (place - PAD).is_multiple_of(2) { -0.25 } else { 0.25 };
-                    let disparity = d[from] + p[from] * across + q[from] * down;
-                    row[0][place] = disparity;
+                    let [p, q] = slants.map_or([0.0; 2], |slants| slants.map(|row| row[from]));
+                    let disparity = d[from] + p * across + q * down;
+                    disparities[place] = disparity;
                     let same = OneSurface::ROUGH.holds(disparity - guess[place], 0.0);
-                    row[1][place] = if same { variance[from] } else { f32::INFINITY };
-                    row[2][place] = addition[from];
-                    if has_slants {
-                        row[3][place] = 0.5 * p[from];
-                        row[4][place] = 0.5 * q[from];
+                    variances[place] = if same { variance[from] } else { f32::INFINITY };
+                    additions[place] = addition[from];
+                    if let Some(out) = &mut out {
+                        (out[0][place], out[1][place]) = (0.5 * p, 0.5 * q);
                     }
                 }
             }
@@ -105,10 +109,8 @@ impl SurfaceRow<'_> {
         serves: [mask32x16<S>; 2],
         [even, odd]: [[f32x16<S>; 5]; 2],
     ) {
-        for (map, (even, odd)) in self.0.iter_mut().zip(even.into_iter().zip(odd)) {
-            if map.is_empty() {
-                continue;
-            }
+        let maps = self.maps.iter_mut().chain(self.slants.iter_mut().flatten());
+        for (map, (even, odd)) in maps.zip(even.into_iter().zip(odd)) {
             let (first, second) = map[start..start + 2 * LANES].split_at_mut(LANES);
             let old = f32x16::from_slice(simd, first).deinterleave(f32x16::from_slice(simd, second));
             let new = (serves[0].select(even, old.0), serves[1].select(odd, old.1));

@@ -8,6 +8,7 @@ use super::disc::{directions, points};
 use super::model::EdgePriors;
 use super::sizes::usual_odds;
 use super::*;
+use epirig_core::grid::Grid;
 
 const ROWS: usize = 40;
 const COLUMNS: usize = 70;
@@ -116,8 +117,9 @@ fn steps_at_any_angle_end_discs() {
 fn noise_may_carry_an_observation_from_its_guess_and_a_step_may_not() {
     const TRUTH: f32 = 0.8;
     let kept = |sigma: f32, away: f32| {
-        let mut maps = ObservationMaps::empty(ROWS, COLUMNS);
-        maps.noise = Padded::filled(ROWS, COLUMNS, 1.0);
+        let [weight, moment, inverse, noise] =
+            [0.0, 0.0, 0.0, 1.0].map(|value| Padded::filled(ROWS, COLUMNS, value));
+        let mut maps = ObservationMaps { weight, moment, inverse, noise_gain: 1.0, noise };
         let weight = 1.0 / (sigma * sigma);
         for (x, y) in (0..ROWS).flat_map(|y| (0..COLUMNS).map(move |x| (x, y))) {
             let value = TRUTH + if (x + y) % 2 == 0 { away } else { -away };
@@ -125,7 +127,7 @@ fn noise_may_carry_an_observation_from_its_guess_and_a_step_may_not() {
             maps.moment.row_mut(y)[PAD + x] = weight * value;
             maps.inverse.row_mut(y)[PAD + x] = 1.0 / weight;
         }
-        let observed = Observed::of(&maps, &Grid::filled(ROWS, COLUMNS, 0.0), 0.0);
+        let observed = Observed::of(&maps, Guess { map: &Grid::filled(ROWS, COLUMNS, 0.0), origin: 0.0 });
         let found = surface(Level::new(), &observed, MODEL);
         let kept = observed.precision.row(3)[PAD..PAD + COLUMNS].iter().filter(|one| **one > 0.0).count();
         (kept, largest_error(&found, |_, _| TRUTH, inside))

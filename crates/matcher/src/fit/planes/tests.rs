@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::*;
 use crate::fit::observations::UNOBSERVED;
 
-fn put(observations: &mut ObservationMaps, rows: &[Vec<Observation>], origin: f32) {
+fn put(observations: &mut RawObservations, rows: &[Vec<Observation>], origin: f32) {
     observations.par_rows().zip(rows).for_each(|(row, observations)| row.put(observations, origin));
 }
 
@@ -23,15 +23,17 @@ fn observations_are_counted_from_the_origin() {
         curvature: -6.0,
         intensity: 90.0,
     };
-    let mut observations = ObservationMaps::empty(2, 3);
+    let mut observations = RawObservations::empty(2, 3);
     put(&mut observations, &[vec![UNOBSERVED; 3], vec![UNOBSERVED, observation, UNOBSERVED]], 5.0);
     // It stands for 7.5 px, 2.5 px from the origin.
     assert_eq!(observations.moment.row(1)[PAD..PAD + 3], [0.0, 10.0, 0.0]);
     assert_eq!(observations.inverse.row(1)[PAD..PAD + 3], [0.0, 0.25, 0.0]);
-    assert_eq!((observations.gradient.row(1)[PAD + 1], observations.curvature.row(1)[PAD + 1]), (5.0, -6.0));
-    assert_eq!(observations.intensity.row(1)[PAD + 1], 90.0);
+    assert_eq!(
+        (observations.template.gradient.row(1)[PAD + 1], observations.template.curvature.row(1)[PAD + 1]),
+        (5.0, -6.0)
+    );
+    assert_eq!(observations.template.intensity.row(1)[PAD + 1], 90.0);
     assert!(observations.moment.row(0).iter().all(|&moment| moment == 0.0));
-    assert_eq!(observations.rows(), 2);
 }
 
 /// Planes of one observation of weight 4 for 2 px at each pixel, with residuals of the variance `variance(x,
@@ -40,8 +42,8 @@ fn observations_with(
     rows: usize,
     columns: usize,
     mut variance: impl FnMut(usize, usize) -> f64,
-) -> ObservationMaps {
-    let mut observations = ObservationMaps::empty(rows, columns);
+) -> RawObservations {
+    let mut observations = RawObservations::empty(rows, columns);
     let mut observation = |x: usize, y: usize| {
         let variance = variance(x, y) as f32;
         if variance > 0.0 {
@@ -60,16 +62,16 @@ fn observations_with(
 fn noise_is_the_mean_of_the_residuals_around() {
     let observation = |variance| Observation { weight: 1.0, variance, ..UNOBSERVED };
     let silent = Observation { variance: 1000.0, ..UNOBSERVED };
-    let mut observations = ObservationMaps::empty(2, 4);
+    let mut observations = RawObservations::empty(2, 4);
     let first = vec![observation(4.0), observation(5.0), silent, silent];
     put(&mut observations, &[first, vec![observation(3.0), silent, silent, silent]], 0.0);
-    observations.estimate_noise(1, 2.0, 0.5, 98.0);
+    let Observations { maps: observations, residual, .. } = observations.estimate_noise(1, 2.0, 0.5, 98.0);
     // Half of the means of 4, 5 and 3, twice; then 5 alone; then no observation.
     for y in 0..2 {
         assert_eq!(observations.noise.row(y)[PAD..PAD + 4], [2.0, 2.0, 2.5, 0.5]);
     }
     assert_eq!(observations.weight.row(0)[PAD..PAD + 4], [1.0, 1.0, 0.0, 0.0]);
-    assert_eq!(observations.residual.row(0)[PAD..PAD + 4], [2.0, 2.5, 0.0, 0.0]);
+    assert_eq!(residual.row(0)[PAD..PAD + 4], [2.0, 2.5, 0.0, 0.0]);
 }
 
 /// A chi-squared variable over its `freedom`: the mean of the values up to `limit`, and the share of those
@@ -97,12 +99,13 @@ fn noise_of_chi_squared_variances_is_unbiased() {
     let (gain, truth) = (0.7, 3.0);
     for freedom in [10_usize, 31, 98] {
         let mut random = ChaCha8Rng::seed_from_u64(freedom as u64);
-        let mut observations = observations_with(SIDE, SIDE, |_, _| {
+        let observations = observations_with(SIDE, SIDE, |_, _| {
             let normal = || -> f64 { StandardNormal.sample(&mut random) };
             let squares: f64 = std::iter::repeat_with(normal).take(freedom).map(|value| value * value).sum();
             gain * truth * squares / freedom as f64
         });
-        observations.estimate_noise(REACH, gain as f32, 1.0 / 12.0, freedom as f32);
+        let Observations { maps: observations, .. } =
+            observations.estimate_noise(REACH, gain as f32, 1.0 / 12.0, freedom as f32);
         let inner: Vec<f64> = (REACH..SIDE - REACH)
             .flat_map(|y| observations.noise.row(y)[PAD + REACH..PAD + SIDE - REACH].to_vec())
             .map(f64::from)
@@ -135,8 +138,8 @@ fn noise_of_chi_squared_variances_is_unbiased() {
 #[test]
 fn a_few_residuals_ten_times_as_large_change_nothing_but_their_own_observations() {
     let odd = |x: usize, y: usize| x % 4 == 1 && y % 5 == 2;
-    let mut observations = observations_with(20, 30, |x, y| if odd(x, y) { 20.0 } else { 2.0 });
-    observations.estimate_noise(3, 1.0, 0.1, 40.0);
+    let observations = observations_with(20, 30, |x, y| if odd(x, y) { 20.0 } else { 2.0 });
+    let Observations { maps: observations, residual, .. } = observations.estimate_noise(3, 1.0, 0.1, 40.0);
     for (y, x) in (0..20).flat_map(|y| (0..30).map(move |x| (y, x))) {
         let at = |plane: &Padded| plane.row(y)[PAD + x];
         let share = if odd(x, y) { 0.1 } else { 1.0 };
@@ -148,15 +151,15 @@ fn a_few_residuals_ten_times_as_large_change_nothing_but_their_own_observations(
         );
         assert!((at(&observations.moment) - 8.0 * share).abs() < 1e-5, "{x} {y}");
         assert!((at(&observations.inverse) * 4.0 * share - 1.0).abs() < 1e-5, "{x} {y}");
-        assert_eq!(at(&observations.residual), 2.0 * 10.0_f32.powi(i32::from(odd(x, y))));
+        assert_eq!(at(&residual), 2.0 * 10.0_f32.powi(i32::from(odd(x, y))));
     }
 }
 
 #[test]
 fn no_observation_counts_more_beside_noisier_pixels() {
     let row = [1.0, 1.0, 1.0, 4.0, 9.0, 20.0, 20.0, 20.0];
-    let mut observations = observations_with(1, 8, |x, _| row[x]);
-    observations.estimate_noise(1, 1.0, 0.1, 98.0);
+    let observations = observations_with(1, 8, |x, _| row[x]);
+    let Observations { maps: observations, .. } = observations.estimate_noise(1, 1.0, 0.1, 98.0);
     // With 98 degrees of freedom the limit is 1 + 4 sqrt(2 / 98) = 1.571 times the harmonic mean, less 2 /
     // 98. The fourth is 1.131 times its limit of 3.536 and belongs by (1.25 - 1.131) / 0.25 = 0.475, while 9
     // belongs wholly to 4, 9 and 20. The noise is (1 + 0.475 x 4 + 9) / 2.475.
@@ -176,8 +179,9 @@ proptest! {
     ) {
         let (rows, columns, least) = (12, 17, 0.1_f32);
         let voice = |index: usize| if silent[index] < 0.2 { 0.0 } else { 10.0_f64.powf(exponents[index]) };
-        let mut observations = observations_with(rows, columns, |x, y| voice(y * columns + x));
-        observations.estimate_noise(reach, 1.0, least, freedom as f32);
+        let observations = observations_with(rows, columns, |x, y| voice(y * columns + x));
+        let Observations { maps: observations, residual, .. } =
+            observations.estimate_noise(reach, 1.0, least, freedom as f32);
         for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
             let at = |plane: &Padded| plane.row(y)[PAD + x];
             let near: Vec<f32> = (y.saturating_sub(reach)..(y + reach + 1).min(rows))
@@ -189,11 +193,11 @@ proptest! {
             let largest = near.iter().copied().fold(least, f32::max);
             prop_assert!(at(&observations.noise) >= least && at(&observations.noise) <= largest * (1.0 + 1e-5));
             if voice(y * columns + x) == 0.0 {
-                prop_assert_eq!((at(&observations.weight), at(&observations.inverse), at(&observations.residual)), (0.0, 0.0, 0.0));
+                prop_assert_eq!((at(&observations.weight), at(&observations.inverse), at(&residual)), (0.0, 0.0, 0.0));
                 continue;
             }
             let own = (voice(y * columns + x) as f32).max(least);
-            prop_assert_eq!(at(&observations.residual), own);
+            prop_assert_eq!(at(&residual), own);
             let share = at(&observations.weight) / 4.0;
             let exact = (at(&observations.noise) / own).min(1.0);
             let n = f64::from(freedom as f32);
@@ -218,7 +222,7 @@ fn slants_are_differences_of_neighbours_unless_they_are_edges() {
     let values = vec![5.0, 5.1, 5.2, 10.2, 10.3, f32::NAN];
     let surface =
         Grid::from_values(2, 6, [values.clone(), values.iter().map(|value| value + 0.2).collect()].concat());
-    let planes = SurfacePlanes::of_surface(&surface.unwrap(), 5.0, 0.3);
+    let planes = SurfacePlanes::of_surface(Guess { map: &surface.unwrap(), origin: 5.0 }, 0.3);
     let row = |map: &Padded| map.row(1)[PAD..PAD + 6].to_vec();
     let near = |found: Vec<f32>, wanted: [f32; 6]| {
         assert!(found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 1e-5), "{found:?}");
