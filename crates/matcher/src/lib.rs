@@ -23,7 +23,7 @@ pub use cost::CostTable;
 pub use cost::interpolation::Interpolation;
 pub use light_change::LightChange;
 pub use lines::EpiLines;
-pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
+pub use locking::{LockingAmplitudes, LockingHarmonic, PixelLocking};
 pub use maps::{DisparityMaps, OrderingUsed};
 pub use matcher::{EqualDiscs, Matcher, match_volume};
 pub use options::{

@@ -6,13 +6,9 @@
 //! the fit takes the drift for disparity. The error is the same for all pixels of that disparity, so no
 //! average over pixels shows it.
 
-use std::f64::consts::TAU as TURN;
-
-use epirig_core::tau::Tau;
-
 /// Number of harmonics of the fraction of a pixel that are measured. The q-th needs texture of at least q -
 /// 1/2 periods per px, which hardly passes a pixel.
-pub const LOCKING_HARMONICS: usize = 2;
+pub(crate) const LOCKING_HARMONICS: usize = 2;
 
 /// Displacement of points by one harmonic of the fraction of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,70 +87,9 @@ impl PixelLocking {
     }
 }
 
-/// Error of the disparity of a point at `disparity_px`, in px for each px of amplitude of `harmonic` (1, 2,
-/// ..), if all frames see it and `reference` is the reference frame: minus the slope of the regression of
-/// sin(2 pi h d tau') on tau' = tau - tau_r.
-///
-/// Below 0.2 at disparities that are safe; up to 2.5 near the others, for equidistant frames near d = (N - 1)
-/// p / `harmonic`.
-///
-/// # Panics
-/// If there is no frame `reference`.
-///
-/// ```
-/// use epirig_core::tau::Tau;
-/// use epirig_matcher::locking_factor;
-/// let tau = Tau::equidistant(100)?;
-/// // 99.4 px: every frame moves by a little more than a pixel.
-/// assert!(locking_factor(&tau, 50, 99.4, 1).abs() > 2.0);
-/// // With 90 frames the same travel moves by 1.117 px a frame.
-/// assert!(locking_factor(&Tau::equidistant(90)?, 45, 99.4, 1).abs() < 0.2);
-/// # Ok::<(), epirig_core::tau::TauError>(())
-/// ```
-pub fn locking_factor(tau: &Tau, reference: usize, disparity_px: f64, harmonic: u32) -> f64 {
-    let origin = tau.values()[reference];
-    let mean = tau.values().iter().sum::<f64>() / tau.frames() as f64;
-    let (mut slope, mut spread) = (0.0, 0.0);
-    for value in tau.values() {
-        let phase = TURN * f64::from(harmonic) * disparity_px * (value - origin);
-        slope += (value - mean) * phase.sin();
-        spread += (value - mean).powi(2);
-    }
-    -slope / spread
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn three_frames_tell_the_difference_of_the_ends() {
-        // The slope over three equidistant frames is the last value less the first.
-        let tau = Tau::equidistant(3).unwrap();
-        for disparity in [0.1, 1.7, -2.3] {
-            let truth = -(TURN * disparity).sin();
-            assert!((locking_factor(&tau, 0, disparity, 1) - truth).abs() < 1e-12);
-            let truth = -2.0 * (TURN * disparity).sin();
-            assert!((locking_factor(&tau, 1, disparity, 2) - truth).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn harmonics_lock_where_their_fractions_repeat() {
-        let frames = 100;
-        let tau = Tau::equidistant(frames).unwrap();
-        for harmonic in [1, 2, 3] {
-            let whole = (frames - 1) as f64 / f64::from(harmonic);
-            assert!(locking_factor(&tau, 0, whole, harmonic).abs() < 1e-9);
-            // Half a turn over the baseline: 12 times the integral of tau sin(pi tau) over -1/2 to 1/2, 2 /
-            // pi^2; a sum over 100 frames is that within the size of a step, and the reference lies half a
-            // step beside the middle.
-            let half = locking_factor(&tau, 50, whole + 0.5 / f64::from(harmonic), harmonic);
-            assert!((half + 24.0 / std::f64::consts::PI.powi(2)).abs() < 0.05, "{half}");
-            // Far from repeating fractions no sum of waves reaches a fifth.
-            assert!(locking_factor(&tau, 50, whole + 0.3819 * whole, harmonic).abs() < 0.2);
-        }
-    }
 
     #[test]
     fn answers_are_counted_by_their_bias() {

@@ -411,7 +411,7 @@ impl MatchOptions {
 
     /// Largest magnitude of a disparity whose point can be in view in the share of the frames asked for, in
     /// px.
-    pub fn largest_disparity_px(&self, columns: usize) -> f64 {
+    pub(crate) fn largest_disparity_px(&self, columns: usize) -> f64 {
         (columns - 1) as f64 / self.min_visible
     }
 }

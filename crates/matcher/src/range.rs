@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use super::aggregation::rows::spread_rows;
 use super::candidates::Candidates;
 use super::candidates::DisparityRange;
 use super::cost::exhaustive::{Band, band_costs};
@@ -161,7 +162,7 @@ fn sampled_frames(frames: usize, reference: usize) -> Vec<usize> {
 /// Rows spread evenly over the image, whose windows of `window_px` rows hardly overlap.
 fn sampled_rows(rows: usize, window_px: usize) -> Vec<usize> {
     let bands = SAMPLED_ROWS.min(rows.div_ceil(window_px)).max(1);
-    (0..bands).map(|band| (2 * band + 1) * rows / (2 * bands)).collect()
+    spread_rows(rows, bands).collect()
 }
 
 /// Copies the sampled rows, with the rows around them that windows reach, and the sampled frames into a small

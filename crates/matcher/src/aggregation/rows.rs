@@ -15,6 +15,10 @@ const SAMPLED_ROWS: usize = 8;
 
 /// A few rows, spread over an image of `rows`.
 pub(crate) fn sampled_rows(rows: usize) -> Vec<usize> {
-    let count = SAMPLED_ROWS.min(rows);
-    (0..count).map(|index| (2 * index + 1) * rows / (2 * count)).collect()
+    spread_rows(rows, SAMPLED_ROWS.min(rows)).collect()
+}
+
+/// `count` rows, spread evenly over an image of `rows`.
+pub(crate) fn spread_rows(rows: usize, count: usize) -> impl Iterator<Item = usize> {
+    (0..count).map(move |index| (2 * index + 1) * rows / (2 * count))
 }

@@ -4,6 +4,8 @@
 //! itself is left out of that mean: with its own window as the model its correlation is 1 whatever the
 //! candidate.
 
+use std::ops::Range;
+
 use fearless_simd::{Level, dispatch};
 
 use super::band::Band;
@@ -31,11 +33,8 @@ pub(super) struct Correlation<'a> {
     model: Vec<Vec<f32>>,
     /// The samples of each held row for one frame and disparity, over the same columns.
     samples: Vec<Vec<f32>>,
-    /// Sum and sum of squares of the model in the window of each answered row.
-    model_windows: Vec<[Vec<f32>; 2]>,
-    /// Sums over the window's rows, then over its columns too: samples, squares, products.
-    vertical: [Vec<f32>; 3],
-    windows: [Vec<f32>; 3],
+    /// Sums over the windows of each answered row of the model, its squares, and these again.
+    model_windows: Vec<[Vec<f32>; 3]>,
     /// Sum of the correlations before and after the reference frame, for each answered row.
     totals: Vec<[Vec<f32>; 2]>,
 }
@@ -60,9 +59,7 @@ impl<'a> Correlation<'a> {
             offset: 0.0,
             model: vec![vec![0.0; wide]; paths],
             samples: vec![vec![0.0; wide]; paths],
-            model_windows: vec![std::array::from_fn(|_| vec![0.0; columns]); answered],
-            vertical: std::array::from_fn(|_| vec![0.0; wide]),
-            windows: std::array::from_fn(|_| vec![0.0; columns]),
+            model_windows: Vec::new(),
             totals: vec![std::array::from_fn(|_| vec![0.0; columns]); answered],
         };
         this.take_reference_model();
@@ -152,47 +149,39 @@ impl<'a> Correlation<'a> {
     }
 
     fn sum_model_windows(&mut self) {
-        let side = 2 * self.band.half + 1;
-        for index in 0..self.model_windows.len() {
-            self.vertical.iter_mut().for_each(|sums| sums.fill(0.0));
-            for row in self.band.window_rows(index) {
-                let (model, sums) = (&self.model[row], self.vertical.each_mut().map(Vec::as_mut_slice));
-                dispatch!(self.level, _simd => kernels::add_products(model, model, sums));
-            }
-            for (windows, sums) in self.model_windows[index].iter_mut().zip(&self.vertical) {
-                dispatch!(self.level, _simd => window_sums(sums, side, windows));
-            }
+        let wide = 0..self.model[0].len();
+        let windows = |index| self.windows(index, &self.model, wide.clone());
+        self.model_windows = (0..self.totals.len()).map(windows).collect();
+    }
+
+    /// Sums over the windows around the pixels of an answered row, which cover the `wide` columns: of these rows,
+    /// their squares and their products with the model.
+    fn windows(&self, index: usize, rows: &[Vec<f32>], wide: Range<usize>) -> [Vec<f32>; 3] {
+        let mut vertical: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; wide.len()]);
+        for row in self.band.window_rows(index) {
+            let (values, model) = (&rows[row][wide.clone()], &self.model[row][wide.clone()]);
+            let sums = vertical.each_mut().map(Vec::as_mut_slice);
+            dispatch!(self.level, _simd => kernels::add_products(values, model, sums));
         }
+        vertical.map(|sums| {
+            let mut windows = vec![0.0; wide.len() - 2 * self.band.half];
+            dispatch!(self.level, _simd => window_sums(&sums, 2 * self.band.half + 1, &mut windows));
+            windows
+        })
     }
 
     fn add_frame(&mut self, t: usize, shift: Shift) {
         if t == self.lines.reference() {
             return;
         }
-        let half = self.band.half;
-        let side = 2 * half + 1;
         let columns = shift.first..shift.end;
-        let wide = shift.first..shift.end + 2 * half;
         for index in 0..self.totals.len() {
-            let rows = self.band.window_rows(index);
-            let pixels = (rows.len() * side) as f32;
-            for sums in &mut self.vertical {
-                sums[wide.clone()].fill(0.0);
-            }
-            for row in rows {
-                let sums = self.vertical.each_mut().map(|sums| &mut sums[wide.clone()]);
-                let samples = &self.samples[row][wide.clone()];
-                let model = &self.model[row][wide.clone()];
-                dispatch!(self.level, _simd => kernels::add_products(samples, model, sums));
-            }
-            for (window, sums) in self.windows.iter_mut().zip(&self.vertical) {
-                let (sums, window) = (&sums[wide.clone()], &mut window[columns.clone()]);
-                dispatch!(self.level, _simd => window_sums(sums, side, window));
-            }
-            let windows = self.windows.each_ref().map(|window| &window[columns.clone()]);
-            let model = self.model_windows[index].each_ref().map(|sums| &sums[columns.clone()]);
+            let pixels = (self.band.window_rows(index).len() * (2 * self.band.half + 1)) as f32;
+            let windows = self.windows(index, &self.samples, shift.first..shift.end + 2 * self.band.half);
+            let windows = windows.each_ref().map(Vec::as_slice);
+            let [sum, squares, _] = self.model_windows[index].each_ref().map(|sums| &sums[columns.clone()]);
             let total = &mut self.totals[index][usize::from(t > self.lines.reference())][columns.clone()];
-            dispatch!(self.level, _simd => kernels::add_correlation(windows, model, pixels, total));
+            dispatch!(self.level, _simd => kernels::add_correlation(windows, [sum, squares], pixels, total));
         }
     }
 }

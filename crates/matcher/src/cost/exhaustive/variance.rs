@@ -99,10 +99,6 @@ impl<'a> Variance<'a> {
 /// Mean of the finite costs in the window around each pixel; NaN where the pixel's own cost is.
 fn average_window(rows: &[Vec<f32>], half: usize, out: &mut [f32]) {
     let columns = out.len();
-    if half == 0 {
-        out.copy_from_slice(&rows[0]);
-        return;
-    }
     // All rows are known at the same columns: visibility depends on column and disparity only.
     let mut known = rows[0].iter().map(|cost| !cost.is_nan());
     let first = known.position(|known| known).unwrap_or(columns);

@@ -32,28 +32,39 @@ impl<'a> Rows<'a> {
 #[inline(always)]
 pub(crate) fn group_sums(
     epi: Rows<'_>,
-    (frames, shifts): (Range<usize>, &[Shift]),
+    frames: Range<usize>,
+    shifts: &[Shift],
     anchor: &[f32],
     columns: Range<usize>,
     [mean, spread]: [&mut [f32]; 2],
 ) {
+    in_chunks(columns, [mean, spread], |x| group_chunk(epi, frames.clone(), shifts, &anchor[x..], x));
+}
+
+/// Fills `out` at `columns` chunk by chunk, as `chunk` has them from a column on; what a chunk holds beyond the
+/// last column is dropped.
+#[inline(always)]
+fn in_chunks<const N: usize>(
+    columns: Range<usize>,
+    mut out: [&mut [f32]; N],
+    chunk: impl Fn(usize) -> [[f32; CHUNK]; N],
+) {
     for x in columns.clone().step_by(CHUNK) {
-        let (mut chunk_mean, mut chunk_spread) = ([0.0; CHUNK], [0.0; CHUNK]);
-        group_chunk(epi, (frames.clone(), shifts), &anchor[x..], x, [&mut chunk_mean, &mut chunk_spread]);
         let count = CHUNK.min(columns.end - x);
-        mean[x..x + count].copy_from_slice(&chunk_mean[..count]);
-        spread[x..x + count].copy_from_slice(&chunk_spread[..count]);
+        for (out, values) in out.iter_mut().zip(chunk(x)) {
+            out[x..x + count].copy_from_slice(&values[..count]);
+        }
     }
 }
 
 #[inline(always)]
 fn group_chunk(
     epi: Rows<'_>,
-    (frames, shifts): (Range<usize>, &[Shift]),
+    frames: Range<usize>,
+    shifts: &[Shift],
     anchor: &[f32],
     x: usize,
-    [mean, spread]: [&mut [f32; CHUNK]; 2],
-) {
+) -> [[f32; CHUNK]; 2] {
     const N: usize = CHUNK;
     let anchor = &anchor[..N];
     let scale = 1.0 / frames.len() as f32;
@@ -69,11 +80,13 @@ fn group_chunk(
             squares[i] += deviation * deviation;
         }
     }
+    let (mut mean, mut spread) = ([0.0; N], [0.0; N]);
     for i in 0..N {
         let deviation = sum[i] * scale;
         mean[i] = anchor[i] + deviation;
         spread[i] = (squares[i] * scale - deviation * deviation).max(0.0);
     }
+    [mean, spread]
 }
 
 /// The terms of the costs of one candidate, for one row.
@@ -95,17 +108,11 @@ pub(crate) struct Terms<'a> {
 /// Variance of the frames along the candidate, unbiased; the least of those that the segment allows.
 #[inline(always)]
 pub(crate) fn variance(terms: Terms<'_>, segment: &Segment, out: &mut [f32]) {
-    let columns = segment.columns.clone();
-    for x in columns.clone().step_by(CHUNK) {
-        let mut chunk = [0.0; CHUNK];
-        variance_chunk(terms, segment, x, &mut chunk);
-        let count = CHUNK.min(columns.end - x);
-        out[x..x + count].copy_from_slice(&chunk[..count]);
-    }
+    in_chunks(segment.columns.clone(), [out], |x| [variance_chunk(terms, segment, x)]);
 }
 
 #[inline(always)]
-fn variance_chunk(terms: Terms<'_>, segment: &Segment, x: usize, out: &mut [f32; CHUNK]) {
+fn variance_chunk(terms: Terms<'_>, segment: &Segment, x: usize) -> [f32; CHUNK] {
     const N: usize = CHUNK;
     let [all, alone_before, alone_after] = segment.allowed;
     let (sum, squares, frames) = terms.sums::<N>(segment.groups.start..terms.before, x);
@@ -114,6 +121,7 @@ fn variance_chunk(terms: Terms<'_>, segment: &Segment, x: usize, out: &mut [f32;
     let both = [1.0 + frames, 1.0 + frames_after, 1.0 + frames + frames_after];
     let scales = both.map(|count| 1.0 / (count - 1.0).max(1.0));
     let shares = both.map(|count| 1.0 / count);
+    let mut out = [0.0; N];
     for i in 0..N {
         let cost = |sum: f32, squares: f32, side: usize| {
             ((squares - sum * sum * shares[side]) * scales[side]).max(0.0)
@@ -130,6 +138,7 @@ fn variance_chunk(terms: Terms<'_>, segment: &Segment, x: usize, out: &mut [f32;
         }
         out[i] = best;
     }
+    out
 }
 
 impl<'a> Terms<'a> {
@@ -176,17 +185,11 @@ fn lesser(a: f32, b: f32) -> f32 {
 /// So a frame in which the point is occluded costs the same, whatever occludes it.
 #[inline(always)]
 pub(crate) fn truncated(terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
-    let columns = segment.columns.clone();
-    for x in columns.clone().step_by(CHUNK) {
-        let mut chunk = [0.0; CHUNK];
-        truncated_chunk(terms, segment, x, &limit[x..], &mut chunk);
-        let count = CHUNK.min(columns.end - x);
-        out[x..x + count].copy_from_slice(&chunk[..count]);
-    }
+    in_chunks(segment.columns.clone(), [out], |x| [truncated_chunk(terms, segment, x, &limit[x..])]);
 }
 
 #[inline(always)]
-fn truncated_chunk(terms: Terms<'_>, segment: &Segment, x: usize, limit: &[f32], out: &mut [f32; CHUNK]) {
+fn truncated_chunk(terms: Terms<'_>, segment: &Segment, x: usize, limit: &[f32]) -> [f32; CHUNK] {
     const N: usize = CHUNK;
     let limit = &limit[..N];
     let anchor = &terms.anchor[x..x + N];
@@ -219,9 +222,7 @@ fn truncated_chunk(terms: Terms<'_>, segment: &Segment, x: usize, limit: &[f32],
         }
     }
     let scale = 1.0 / all;
-    for i in 0..N {
-        out[i] = cost[i] * scale;
-    }
+    cost.map(|cost| cost * scale)
 }
 
 /// `out[x] = mean of values[x - half ..= x + half]`, as far as they exist.

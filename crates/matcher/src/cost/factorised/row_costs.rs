@@ -53,9 +53,9 @@ impl<'a> RowCosts<'a> {
         for ((group, seen), (mean, spread)) in self.plan.groups.groups.iter().zip(&slab.seen).zip(rows) {
             let middle = (group.frames.start + group.frames.end) / 2;
             let anchor = &self.epi[middle * stride + PAD..];
-            let frames = (group.frames.clone(), slab.shifts.as_slice());
+            let (frames, shifts) = (group.frames.clone(), slab.shifts.as_slice());
             let out = [&mut mean[PAD..], &mut spread[PAD..]];
-            dispatch!(self.level, _simd => kernels::group_sums(epi, frames, anchor, seen.clone(), out));
+            dispatch!(self.level, _simd => kernels::group_sums(epi, frames, shifts, anchor, seen.clone(), out));
         }
     }
 
