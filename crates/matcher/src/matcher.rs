@@ -16,10 +16,10 @@ use super::options::{MatchError, MatchOptions, Method, Occlusion, OrderingConstr
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::search::edge_refinement::refine_edges;
-use super::search::{Searched, Task, search};
+use super::search::{SearchResult, Task, search};
 use super::validity::Validity;
 use super::validity::area::Area;
-use super::validity::verdicts::Verdicts;
+use super::validity::rule::ValidityRule;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
@@ -99,7 +99,7 @@ impl Matcher {
 
     /// The pixels that `maps` answers, by planes in discs of one size.
     ///
-    /// Discs that grow with the noise see a wall from as far as they reach, which differs from
+    /// Discs that grow with the noise see a step edge from as far as they reach, which differs from
     /// pixel to pixel. These see it from 2 px, so a mean over many pixels farther away is right,
     /// although each pixel has more noise.
     pub fn in_equal_discs(&self, maps: &DisparityMaps, progress: &dyn Progress) -> EqualDiscs {
@@ -240,7 +240,7 @@ fn matched(
     let pass = debug_span!("search").entered();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
     let task = Task { volume: searched_in, lines: &lines, range, ordering, rule, options };
-    let Searched { mut guess, cost, confidence, validity: searched, deviation_share } = {
+    let SearchResult { mut guess, cost, confidence, validity: searched, deviation_share } = {
         let searched = match &halved {
             None => search(task, progress),
             Some(halved) => halved.searched(task, progress),
@@ -288,7 +288,7 @@ fn matched(
         locking: None,
         light,
     };
-    Verdicts { range, ordering, options }.pass(&mut maps, outliers.as_ref());
+    ValidityRule { range, ordering, options }.pass(&mut maps, outliers.as_ref());
     if let Some(area) = area {
         area.forget_outside(&mut maps);
     }

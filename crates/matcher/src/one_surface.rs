@@ -1,7 +1,7 @@
 //! Whether two disparities belong to one surface: the one answer of all stations.
 //!
 //! Neighbours on a surface differ by its slant and by the errors of what is known. A search errs by
-//! up to half its window beside walls and sees steep surfaces badly; what has been fitted is known
+//! up to half its window beside step edges and sees steep surfaces badly; what has been fitted is known
 //! better, and its slants, too.
 
 /// How much the disparities of one surface differ at most.

@@ -116,7 +116,7 @@ const LARGEST_SEARCH: usize = 30_000;
 pub const LARGEST_WINDOW_PX: usize = 31;
 
 /// Side of a square that sees as far as discs of one size do, in px. With larger ones a mean over
-/// many pixels is known a tenth better, but they see walls from a pixel farther.
+/// many pixels is known a tenth better, but they see step edges from a pixel farther.
 pub const EQUAL_DISCS_PX: usize = 5;
 
 /// The same of discs that grow: what noise hides from them they see from this far at most, where

@@ -2,7 +2,7 @@
 //!
 //! A few rows, spread over the image, are searched over all disparities that keep a point in view (at most
 //! 1.25 times the image's width), at a coarse disparity step. Pixels whose best candidate is significant
-//! count. The range covers their disparities, without stragglers.
+//! count. The range covers their disparities, without outliers.
 
 use rayon::prelude::*;
 
@@ -24,16 +24,16 @@ const HALF_WINDOW_COLUMNS: usize = 3;
 /// Frames that an exhaustive search looks at: enough that chance does not find a line.
 const SAMPLED_FRAMES: usize = 33;
 /// A pixel counts if its best candidate is this much better than the best one elsewhere ...
-const CLEAR_CONFIDENCE: f32 = 0.5;
+const SIGNIFICANT_CONFIDENCE: f32 = 0.5;
 /// ... or, where noise drowns the texture so that fewer than the share below are, this much: with some
 /// hundred degrees of freedom in a window, chance differences of two variances stay below it.
 const NOISY_CONFIDENCE: f32 = 0.25;
 /// Share of the pixels that must count.
-const CLEAR_SHARE: f64 = 0.02;
-/// A disparity is a straggler if fewer than this share of all lie near it.
-const STRAGGLER_SHARE: f64 = 0.004;
-/// "Near", in px at the end of the baseline.
-const NEAR_PX: f64 = 4.0;
+const SIGNIFICANT_SHARE: f64 = 0.02;
+/// A disparity is an outlier if fewer than this share of all lie within the tolerance.
+const OUTLIER_SHARE: f64 = 0.004;
+/// The tolerance, in px at the end of the baseline.
+const TOLERANCE_PX: f64 = 4.0;
 /// A crossing of points counts if this many pixels on each side of it agree.
 const SUPPORT: usize = 3;
 /// A jump occludes the points between two surfaces if no more than this share of the columns between them is
@@ -76,19 +76,19 @@ pub(crate) fn survey(volume: &Volume, lines: &EpiLines, options: &MatchOptions) 
         // A search over this few candidates has no rivals, so confidence means nothing.
         surveyed.iter_mut().flatten().flatten().for_each(|pixel| pixel.1 = 1.0);
     }
-    let clear = |least: f32| -> Vec<Vec<Option<f64>>> {
+    let significant = |least: f32| -> Vec<Vec<Option<f64>>> {
         let admitted = |pixel: &Surveyed| pixel.filter(|pixel| pixel.1 >= least).map(|pixel| pixel.0);
         surveyed.iter().map(|row| row.iter().map(admitted).collect()).collect()
     };
-    let mut disparities = clear(CLEAR_CONFIDENCE);
-    let clear_pixels = disparities.iter().flatten().flatten().count() as f64;
-    if clear_pixels < CLEAR_SHARE * (surveyed.len() * volume.columns()) as f64 {
-        disparities = clear(NOISY_CONFIDENCE);
+    let mut disparities = significant(SIGNIFICANT_CONFIDENCE);
+    let significant_pixels = disparities.iter().flatten().flatten().count() as f64;
+    if significant_pixels < SIGNIFICANT_SHARE * (surveyed.len() * volume.columns()) as f64 {
+        disparities = significant(NOISY_CONFIDENCE);
     }
     let mut all: Vec<f64> = disparities.iter().flatten().flatten().copied().collect();
     all.sort_unstable_by(f64::total_cmp);
-    let near = NEAR_PX * step;
-    let kept = without_stragglers(&all, near);
+    let tolerance = TOLERANCE_PX * step;
+    let kept = without_outliers(&all, tolerance);
     let (&minimum, &maximum) = (kept.first()?, kept.last()?);
     let margin = 2.0 * step + 0.02 * (maximum - minimum);
     let range = options
@@ -199,11 +199,11 @@ fn survey_row(
     winners.iter().zip(&confidences).map(surveyed).collect()
 }
 
-fn without_stragglers(sorted: &[f64], near: f64) -> Vec<f64> {
-    let least = (STRAGGLER_SHARE * sorted.len() as f64).max(3.0);
+fn without_outliers(sorted: &[f64], tolerance: f64) -> Vec<f64> {
+    let least = (OUTLIER_SHARE * sorted.len() as f64).max(3.0);
     let neighbours = |value: f64| {
-        let first = sorted.partition_point(|&other| other < value - near);
-        let end = sorted.partition_point(|&other| other <= value + near);
+        let first = sorted.partition_point(|&other| other < value - tolerance);
+        let end = sorted.partition_point(|&other| other <= value + tolerance);
         end - first
     };
     sorted.iter().copied().filter(|&value| neighbours(value) as f64 >= least).collect()

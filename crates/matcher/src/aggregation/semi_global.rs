@@ -141,21 +141,21 @@ impl Bands {
     }
 
     /// The bands in their order, in groups that may be searched at once.
-    pub(crate) fn groups(self) -> Vec<Vec<Span>> {
+    pub(crate) fn groups(self) -> Vec<Vec<RowBand>> {
         let starts: Vec<usize> = (0..self.rows).step_by(self.band_rows).collect();
-        let span = |&y: &usize| Span::with_margins(y..(y + self.band_rows).min(self.rows), self.rows);
+        let span = |&y: &usize| RowBand::with_margins(y..(y + self.band_rows).min(self.rows), self.rows);
         starts.chunks(self.at_once).map(|group| group.iter().map(span).collect()).collect()
     }
 }
 
 /// Rows that are searched together, and those of them that are answered.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Span {
+pub(crate) struct RowBand {
     pub(crate) searched: Range<usize>,
     pub(crate) answered: Range<usize>,
 }
 
-impl Span {
+impl RowBand {
     /// Rows `answered` alone.
     pub(crate) fn alone(answered: Range<usize>) -> Self {
         Self { searched: answered.clone(), answered }
@@ -174,7 +174,7 @@ pub(crate) struct PathAggregation<'a> {
     penalties: Penalties,
     columns: usize,
     candidates: usize,
-    span: Span,
+    span: RowBand,
     /// Rows that have come.
     came: usize,
     /// Costs of the row that comes, in counts: candidates x columns.
@@ -189,7 +189,7 @@ pub(crate) struct PathAggregation<'a> {
 
 impl<'a> PathAggregation<'a> {
     pub(crate) fn new(
-        span: Span,
+        span: RowBand,
         (candidates, columns): (usize, usize),
         aggregation: Aggregation<'a>,
     ) -> Self {
@@ -224,7 +224,7 @@ impl<'a> PathAggregation<'a> {
         let y = self.came;
         self.came += 1;
         let size = self.coming.len();
-        let Span { answered, .. } = &self.span;
+        let RowBand { answered, .. } = &self.span;
         let place = |y: usize| (y - answered.start) * size..(y - answered.start + 1) * size;
         if y < answered.end {
             let path_costs = self.path.step(self.level, &self.coming);

@@ -62,11 +62,11 @@ pub(crate) fn sweep(
         } else {
             boxed.fill(0.0);
         }
-        for slab in &plan.slabs {
+        for block in &plan.blocks {
             if enters {
-                costs.load_slab(slab);
+                costs.load_block(block);
             }
-            for k in slab.candidates.clone() {
+            for k in block.candidates.clone() {
                 if enters {
                     costs.single(k, consumer.limit(entering), &mut single);
                     consumer.enter(entering, k, &single);

@@ -17,7 +17,7 @@ const LARGEST_CHANGE: f32 = 0.2;
 /// change little by what moves through them.
 const SAMPLED_ROWS: usize = 48;
 const STRETCH: usize = 32;
-/// Darker stretches than this share of full scale say little of a factor.
+/// Stretches darker than this share of full scale do not count: noise hides their change.
 const LEAST_LIGHT: f32 = 1.0 / 32.0;
 
 /// Whether the light of the frames changes by more than the fit can tell from a disparity. From

@@ -38,7 +38,7 @@ impl Fault for SplitHalfError {
 pub struct HalfMaps {
     /// Disparity and sigma as the options say: with the least noise, and with windows of many sizes.
     pub best: [Grid<f32>; 2],
-    /// Of the same pixels [in equal discs](Matcher::in_equal_discs), which see walls only from
+    /// Of the same pixels [in equal discs](Matcher::in_equal_discs), which see step edges only from
     /// near.
     pub in_equal_discs: EqualDiscs,
 }

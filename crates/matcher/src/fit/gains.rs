@@ -18,9 +18,9 @@ const MORE_ROWS: usize = 64;
 const ENOUGH_POINTS: usize = 1000;
 /// Only every n-th column is used: nearer ones show the same texture.
 const COLUMN_STEP: usize = 4;
-/// Darker points than this share of full scale say little of a factor.
+/// Points darker than this share of full scale do not count: noise hides their gain.
 const LEAST_LIGHT: f32 = 1.0 / 32.0;
-/// Fewer points tell nothing.
+/// At least so many points, or the gains are too uncertain.
 const LEAST_POINTS: usize = 50;
 /// Points count if their intensities vary along their lines by at most this many times the lower quartile (in
 /// squares). Background beside the object has no line of its own. A narrower limit would choose points whose
@@ -31,7 +31,7 @@ const FAR_SIGMAS: f32 = 2.0;
 /// Gains that vary by less than this (RMS) are left as they are: of 100 DN that is a fifth of a DN, less than
 /// quantisation leaves of a single pixel.
 const LEAST_VARIATION: f32 = 0.002;
-/// Gains beyond this factor are no light that lines tell.
+/// Gains beyond this factor are not taken for light.
 const LARGEST: f32 = 2.0;
 /// Gains that are no more than chance have a mean squared deviation of one variance; with some ten frames
 /// chance seldom makes it four.
@@ -54,7 +54,7 @@ pub(super) fn corrections(volume: &Volume, lines: &EpiLines, guess: &Grid<f32>) 
     let quartile = points.len() / 4;
     points.select_nth_unstable_by(quartile, |one, other| one.spread.total_cmp(&other.spread));
     let limit = (ACCEPTED * points[quartile].spread).max(f32::MIN_POSITIVE);
-    // Belief ends gradually, so that no point is decisive.
+    // The weight falls linearly to 0, so that a small change of a point changes the gains by little.
     points.iter_mut().for_each(|point| point.weight = (2.0 - point.spread / limit).clamp(0.0, 1.0));
     points.retain(|point| point.weight > 0.0);
     let gains: Vec<Gain> = (0..volume.frames()).into_par_iter().map(|t| Gain::of(&points, t)).collect();
@@ -96,7 +96,7 @@ struct Point {
     ratios: Vec<f32>,
     /// Mean squared deviation of the ratios from 1.
     spread: f32,
-    /// How far the point is believed, 0 to 1.
+    /// Weight of the point, 0 to 1.
     weight: f32,
 }
 

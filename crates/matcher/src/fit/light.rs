@@ -30,7 +30,7 @@ const SIDE: usize = 8;
 const REACH: f64 = 10.0 / SIDE as f64;
 /// Squares farther away than this many standard deviations do not count.
 const FARTHEST: f64 = 3.0;
-/// Fewer observations in a square tell too little beside the six unknowns.
+/// At least so many observations in a square, or the six unknowns are too uncertain.
 const LEAST_PIXELS: f32 = 12.0;
 /// A regressor of which the others leave less than this share (in squares) is one of them, for
 /// single precision.
@@ -48,12 +48,12 @@ type Products = [[f64; REGRESSORS + 1]; REGRESSORS + 1];
 
 /// What a square tells of o and q: its normal equations over the variance of its residuals.
 #[derive(Debug, Clone, Copy)]
-struct Told {
+struct Evidence {
     normal: Matrix2<f64>,
     right: Vector2<f64>,
 }
 
-impl Told {
+impl Evidence {
     /// The sum of the squares of both estimates over their variances: 2 on average by chance.
     /// `None` if they cannot be told apart.
     fn squares(&self) -> Option<f64> {
@@ -92,11 +92,11 @@ pub(super) fn take_off_light(
             let rows = squares.top..(squares.top + SIDE).min(rows);
             rows.map(|y| drift_row(observations, template, slants, y)).collect()
         });
-        let told = (0..across).map(|square| squares.told(SIDE * square, drift.as_deref()));
-        told.collect::<Vec<_>>()
+        let evidence = (0..across).map(|square| squares.evidence(SIDE * square, drift.as_deref()));
+        evidence.collect::<Vec<_>>()
     };
-    let told: Vec<Option<Told>> = (0..down).into_par_iter().flat_map_iter(of_row).collect();
-    let fields = fields(&told, across)?;
+    let evidence: Vec<Option<Evidence>> = (0..down).into_par_iter().flat_map_iter(of_row).collect();
+    let fields = fields(&evidence, across)?;
     let stride = observations.weight.stride;
     let ObservationMaps { moment, weight, .. } = observations;
     let Template { gradient, intensity, .. } = template;
@@ -126,7 +126,7 @@ pub(super) fn take_off_light(
     let sums: Vec<[f64; 4]> = moment.par_rows().enumerate().map(of_row).collect();
     let add = |sum: [f64; 4], row: [f64; 4]| std::array::from_fn(|index| sum[index] + row[index]);
     let [count, squares, weights, moved] = sums.into_iter().fold([0.0; 4], add);
-    let chance: Vec<f64> = told.iter().flatten().filter_map(Told::squares).collect();
+    let chance: Vec<f64> = evidence.iter().flatten().filter_map(Evidence::squares).collect();
     Some(Drift {
         dn: (squares / f64::max(count, 1.0)).sqrt(),
         effect_px: (moved / f64::max(weights, f64::MIN_POSITIVE)).sqrt(),
@@ -167,7 +167,7 @@ struct Squares<'a> {
 
 impl Squares<'_> {
     /// What the square from column `left` on tells; `None` if that is too little.
-    fn told(&self, left: usize, drift: Option<&[Vec<f32>]>) -> Option<Told> {
+    fn evidence(&self, left: usize, drift: Option<&[Vec<f32>]>) -> Option<Evidence> {
         let Self { observations, template, guess: Guess { map: guess, origin }, top, .. } = *self;
         let (rows, columns) = ((top + SIDE).min(guess.rows()), (left + SIDE).min(guess.columns()));
         let surface = guess.at(usize::midpoint(left, columns), usize::midpoint(top, rows));
@@ -198,7 +198,7 @@ impl Squares<'_> {
                 // S, the weight of a slope.
                 let spread = per_gradient / gradient;
                 let drift = drift.map_or(0.0, |rows| rows[y - top][PAD + x] / per_gradient);
-                // A surface that has been fitted brings its walls with it. Disparities of a search
+                // A surface that has been fitted brings its step edges with it. Disparities of a search
                 // follow the light.
                 let base = if is_fitted { guess.at(x, y) - origin } else { base };
                 let observed = gradient * inverse * (moment - weight * base);
@@ -226,7 +226,7 @@ impl Squares<'_> {
         let variance = residual[observed][observed] / f64::from(count - REGRESSORS as f32);
         let information = 1.0 / variance.max(f64::from(noise / count));
         let entry = |i: usize, j: usize| information * left_over[i][j];
-        Some(Told {
+        Some(Evidence {
             normal: Matrix2::new(
                 entry(one, one),
                 entry(one, brightness),
@@ -255,10 +255,10 @@ fn eliminate(products: &mut Products, which: std::ops::Range<usize>) {
 }
 
 /// The fields of the squares, of which `across` lie in a row; `None` if no square tells anything.
-fn fields(told: &[Option<Told>], across: usize) -> Option<Vec<Field>> {
+fn fields(evidence: &[Option<Evidence>], across: usize) -> Option<Vec<Field>> {
     let mut all = (Matrix2::zeros(), Vector2::zeros());
     let mut count = 0.0;
-    for Told { normal, right } in told.iter().flatten() {
+    for Evidence { normal, right } in evidence.iter().flatten() {
         all.0 += normal;
         all.1 += right;
         count += 1.0;
@@ -267,7 +267,7 @@ fn fields(told: &[Option<Told>], across: usize) -> Option<Vec<Field>> {
     let everywhere = (all.0 + ridge).cholesky()?.solve(&all.1);
     let prior = all.0 * (PRIOR_SQUARES / count);
     let reach = (FARTHEST * REACH).ceil() as usize;
-    let down = told.len() / across;
+    let down = evidence.len() / across;
     let field = |index: usize| {
         let (y, x) = (index / across, index % across);
         let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
@@ -278,22 +278,22 @@ fn fields(told: &[Option<Told>], across: usize) -> Option<Vec<Field>> {
         put(&mut right, &(prior * everywhere), 0);
         for other_y in y.saturating_sub(reach)..(y + reach + 1).min(down) {
             for other_x in x.saturating_sub(reach)..(x + reach + 1).min(across) {
-                let Some(told) = &told[other_y * across + other_x] else { continue };
+                let Some(evidence) = &evidence[other_y * across + other_x] else { continue };
                 let (u, v) = (other_x as f64 - x as f64, other_y as f64 - y as f64);
                 let weight = (-0.5 * (u * u + v * v) / (REACH * REACH)).exp();
                 let terms = [1.0, u, v];
                 for i in 0..3 {
                     for j in 0..3 {
-                        add(&mut normal, &(told.normal * (weight * terms[i] * terms[j])), (i, j));
+                        add(&mut normal, &(evidence.normal * (weight * terms[i] * terms[j])), (i, j));
                     }
-                    put(&mut right, &(told.right * (weight * terms[i])), i);
+                    put(&mut right, &(evidence.right * (weight * terms[i])), i);
                 }
             }
         }
         let found = normal.cholesky().map_or_else(Vector6::zeros, |normal| normal.solve(&right));
         std::array::from_fn(|term| found[term])
     };
-    Some((0..told.len()).into_par_iter().map(field).collect())
+    Some((0..evidence.len()).into_par_iter().map(field).collect())
 }
 
 /// Adds the products of the terms i and j of o and of q.

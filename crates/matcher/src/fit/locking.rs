@@ -44,7 +44,7 @@ const ACCEPTED: f64 = 6.0;
 /// Fractions are well spread if a harmonic is known with at most this many times the variance that evenly
 /// spread ones leave.
 const WELL_SPREAD: f64 = 1.25;
-/// Fewer points of a row tell nothing.
+/// At least so many points of a row, or its sums are too uncertain.
 const LEAST_POINTS: usize = 8;
 /// With fewer frames, this many terms cannot be separated from chance.
 const LEAST_FRAMES: usize = 2 * TERMS;
@@ -104,7 +104,7 @@ pub(super) struct RowLines<'a> {
     pub(super) disparities: &'a [f32],
     /// First and last tau' in which each pixel is seen; `None`: wherever it is in the image.
     pub(super) visible: Option<&'a [(f32, f32)]>,
-    /// A point seen in fewer frames tells nothing.
+    /// A point seen in fewer frames does not count.
     pub(super) minimum_frames: usize,
 }
 
@@ -205,10 +205,10 @@ impl RowLines<'_> {
         let mut pairs = Vec::new();
         for x in (COLUMN_STEP / 2..self.lines.columns()).step_by(COLUMN_STEP) {
             let sightings = self.sightings(x, f64::from(self.disparities[x]));
-            let off = |sighting: &Sighting| sighting.fraction.min(FRACTIONS - sighting.fraction);
+            let from_whole = |sighting: &Sighting| sighting.fraction.min(FRACTIONS - sighting.fraction);
             let others = sightings.iter().filter(|other| other.frame != reference);
-            let partner = others.min_by_key(|other| (off(other), other.frame.abs_diff(reference)));
-            if let Some(partner) = partner.filter(|partner| off(partner) <= NEARLY_WHOLE) {
+            let partner = others.min_by_key(|other| (from_whole(other), other.frame.abs_diff(reference)));
+            if let Some(partner) = partner.filter(|partner| from_whole(partner) <= NEARLY_WHOLE) {
                 let whole = partner.column + isize::from(partner.fraction > FRACTIONS / 2);
                 pairs.push((
                     epi.taps(reference, x as isize - BESIDE),

@@ -9,11 +9,11 @@
 use super::observations::Observation;
 use super::spline::{FRACTIONS, Spline, SplineEpi};
 use crate::lines::EpiLines;
-use crate::validity::outlier_test::{APART_PX, BESIDE_PX};
+use crate::validity::outlier_test::{BESIDE_PX, SEPARATION_PX};
 
 /// At this distance from the rim, in px, no blur of the nearer surface is left.
 const CLEAR_PX: f64 = 1.5;
-/// Fewer samples tell no share.
+/// At least so many samples, or the share is too uncertain.
 const LEAST_SAMPLES: usize = 10;
 /// The variance along the line that the farther surface does not explain may be this share of its texture's
 /// variance: the square of the share that decides. More shows a third surface.
@@ -51,7 +51,7 @@ impl RowSamples<'_> {
                 let beside = (1..=BESIDE_PX as isize).map(|away| side * away);
                 let mut beside =
                     beside.filter_map(|away| Some((away, *guesses.get(x.wrapping_add_signed(away))?)));
-                let (away, other) = beside.find(|(_, other)| (other - own).abs() > APART_PX)?;
+                let (away, other) = beside.find(|(_, other)| (other - own).abs() > SEPARATION_PX)?;
                 let is_near = own.abs() > other.abs();
                 let rim = Rim {
                     near: f64::from(if is_near { own } else { other }),
@@ -69,9 +69,9 @@ impl RowSamples<'_> {
     /// variance, in DN^2, or too few frames show it.
     fn share_of_far(&self, x: usize, rim: &Rim, noise: f64) -> Option<f64> {
         let offsets = self.lines.offsets();
-        let apart = rim.near - rim.far;
+        let relative = rim.near - rim.far;
         // Distance by which the rim has moved away from the background behind the pixel.
-        let moved = |t: usize| apart * offsets[t] * rim.toward;
+        let moved = |t: usize| relative * offsets[t] * rim.toward;
         let there = |t: &usize| t.abs_diff(self.lines.reference()).is_multiple_of(self.every);
         let clear = (0..offsets.len()).filter(there).max_by(|&a, &b| moved(a).total_cmp(&moved(b)))?;
         let (mut count, mut shown, mut behind) = (0, [0.0; 2], [0.0; 2]);
@@ -80,7 +80,7 @@ impl RowSamples<'_> {
             if moved(clear) - moved(t) < CLEAR_PX {
                 continue;
             }
-            let passed = x as f64 + apart * tau + rim.far * offsets[clear];
+            let passed = x as f64 + relative * tau + rim.far * offsets[clear];
             let samples = (self.sample(t, x as f64 + rim.near * tau), self.sample(clear, passed));
             if let (Some(value), Some(ground)) = samples {
                 count += 1;

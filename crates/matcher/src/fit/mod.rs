@@ -46,7 +46,7 @@ use super::validity::visibility::visible_intervals;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 use light::Drift;
-use local_surface::{Joined, joined};
+use local_surface::{Fused, fused};
 pub(crate) use local_surface::{Sizes, largest_disc_px};
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use padded::{PAD, Padded};
@@ -92,7 +92,7 @@ pub(crate) struct FitResult {
 
 /// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `report` is
 /// called once for each row.
-pub(crate) fn stepped(
+pub(crate) fn gauss_newton_step(
     volume: &Volume,
     lines: &EpiLines,
     guess: Grid<f32>,
@@ -144,8 +144,8 @@ pub(crate) fn fit(
     drop(residual);
     let guess = Guess { map: &current, origin: steps.origin };
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
-    let Joined { disparity: found, variance, texture, light } =
-        joined(steps.level, maps, template, guess, options, least_texture);
+    let Fused { disparity: found, variance, texture, light } =
+        fused(steps.level, maps, template, guess, options, least_texture);
     let amplitudes = Amplitudes::of(&sums);
     let significant = amplitudes.as_ref().filter(|amplitudes| amplitudes.are_significant());
     let locking_px = significant.map(|amplitudes| {

@@ -18,7 +18,7 @@ pub(super) struct Padded {
 impl Padded {
     pub(super) fn filled(rows: usize, columns: usize, value: f32) -> Self {
         let stride = columns.next_multiple_of(LANES) + 2 * PAD;
-        // Memory is fetched by all threads: that takes longer than many a computation into it.
+        // Filled by all threads, because the first access to memory is slow.
         Self { stride, values: rayon::iter::repeat_n(value, rows * stride).collect() }
     }
 

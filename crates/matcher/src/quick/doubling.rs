@@ -6,19 +6,19 @@
 use rayon::prelude::*;
 
 use crate::search::edge_refinement::Around;
-use crate::search::{Searched, Task};
+use crate::search::{SearchResult, Task};
 use epirig_core::grid::Grid;
 
 /// The result of the search at half the resolution, for each pixel of `task`: disparities twice as large,
 /// with refined edges; cost, confidence and kind of answer are those of the halved pixel that contains it.
 /// `reach` is how far from a surface its disparity may be found, in px of the halved frames.
-pub(super) fn refined(task: Task<'_>, coarse: &Searched, reach: usize) -> Searched {
+pub(super) fn refined(task: Task<'_>, coarse: &SearchResult, reach: usize) -> SearchResult {
     let (rows, columns) = (task.volume.rows(), task.volume.columns());
     let mut guess = Grid::filled(rows, columns, f32::NAN);
     let around = Around::new(&coarse.guess, 2.0, reach);
     let guesses = guess.values_mut().par_chunks_mut(columns).enumerate();
     guesses.for_each(|(y, guess)| refine_row(task, (&coarse.guess, &around), y, guess));
-    Searched {
+    SearchResult {
         guess,
         cost: doubled(&coarse.cost, (rows, columns)),
         confidence: doubled(&coarse.confidence, (rows, columns)),

@@ -13,11 +13,11 @@ mod tests;
 use std::ops::Range;
 
 use super::candidates::DisparityRange;
-use super::fit::stepped;
+use super::fit::gauss_newton_step;
 use super::lines::{EpiLines, SeenRule};
 use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::range::survey;
-use super::search::{Searched, Task, search};
+use super::search::{SearchResult, Task, search};
 use doubling::refined;
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
@@ -128,13 +128,17 @@ impl Halved {
     ///
     /// # Errors
     /// As [`search`].
-    pub(super) fn searched(&self, task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
+    pub(super) fn searched(
+        &self,
+        task: Task<'_>,
+        progress: &dyn Progress,
+    ) -> Result<SearchResult, MatchError> {
         let Self { volume, lines, options } = self;
         let rule = SeenRule::new(volume.frames(), options.min_visible, task.rule.occlusion);
         let mut found =
             search(Task { volume, lines, range: task.range.scaled(0.5), rule, options, ..task }, progress)?;
         if options.fit {
-            found.guess = stepped(volume, lines, found.guess, rule, || ());
+            found.guess = gauss_newton_step(volume, lines, found.guess, rule, || ());
         }
         Ok(refined(task, &found, options.window_px / 2))
     }

@@ -73,10 +73,10 @@ proptest! {
 }
 
 /// What a search of halved frames found.
-fn coarse(guess: Grid<f32>, validity: Grid<Validity>) -> Searched {
+fn coarse(guess: Grid<f32>, validity: Grid<Validity>) -> SearchResult {
     let filled = |value| guess.map(|_| value);
     let (cost, confidence) = (filled(1.0), filled(0.5));
-    Searched { guess, cost, confidence, validity, deviation_share: Some(0.3) }
+    SearchResult { guess, cost, confidence, validity, deviation_share: Some(0.3) }
 }
 
 #[test]

@@ -4,10 +4,10 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::answers::{RowAnswers, Searched};
+use super::result::{RowResult, SearchResult};
 use super::task::Task;
 use crate::aggregation::rows::bands;
-use crate::aggregation::semi_global::{Bands, Penalties, Span};
+use crate::aggregation::semi_global::{Bands, Penalties, RowBand};
 use crate::options::MatchError;
 use epirig_core::progress::Progress;
 
@@ -18,7 +18,7 @@ pub(super) fn penalties(Task { volume, options, .. }: Task<'_>, typical: f32) ->
 
 /// Bands that are searched one group after the other.
 pub(super) struct Groups {
-    pub(super) groups: Vec<Vec<Span>>,
+    pub(super) groups: Vec<Vec<RowBand>>,
     /// Counts that each band of a group holds.
     pub(super) band_counts: usize,
 }
@@ -29,7 +29,7 @@ pub(super) fn groups_of_bands(task: Task<'_>, candidates: usize) -> Result<Group
         let bands = Bands::of(task.volume, candidates)?;
         Ok(Groups { groups: bands.groups(), band_counts: bands.band_counts })
     } else {
-        let all = bands(task.volume.rows()).map(Span::alone).collect();
+        let all = bands(task.volume.rows()).map(RowBand::alone).collect();
         Ok(Groups { groups: vec![all], band_counts: 0 })
     }
 }
@@ -42,9 +42,9 @@ pub(super) fn searched_groups(
     Task { volume, .. }: Task<'_>,
     Groups { groups, band_counts }: Groups,
     progress: &dyn Progress,
-    answers: impl Fn(Span, &mut [u16]) -> Vec<RowAnswers> + Sync,
-) -> Searched {
-    let found = Mutex::new(Searched::unknown(volume.rows(), volume.columns()));
+    answers: impl Fn(RowBand, &mut [u16]) -> Vec<RowResult> + Sync,
+) -> SearchResult {
+    let found = Mutex::new(SearchResult::unknown(volume.rows(), volume.columns()));
     // All room is one piece, so that it goes back to the system as a whole before the fit needs memory.
     let mut room = vec![0; band_counts * groups.iter().map(Vec::len).max().unwrap_or(0)];
     for group in groups {

@@ -12,9 +12,9 @@ pub(super) struct Best {
     level: Level,
     /// Candidates less than this far from the best one are no rivals; at least 2, so that its neighbours are
     /// not.
-    apart: usize,
+    separation: usize,
     kept: Kept,
-    /// The costs of the last `apart` candidates.
+    /// The costs of the last `separation` candidates.
     recent: Vec<Vec<f32>>,
     passed: usize,
 }
@@ -37,8 +37,8 @@ struct Kept {
 const NONE: i32 = i32::MIN / 2;
 
 impl Best {
-    pub(super) fn new(columns: usize, apart: usize) -> Self {
-        let apart = apart.max(2);
+    pub(super) fn new(columns: usize, separation: usize) -> Self {
+        let separation = separation.max(2);
         let unknown = || vec![f32::INFINITY; columns];
         let kept = Kept {
             cost: unknown(),
@@ -48,7 +48,7 @@ impl Best {
             rival: unknown(),
             earlier: unknown(),
         };
-        Self { level: Level::new(), apart, kept, recent: vec![unknown(); apart], passed: 0 }
+        Self { level: Level::new(), separation, kept, recent: vec![unknown(); separation], passed: 0 }
     }
 
     /// Forgets all candidates.
@@ -68,14 +68,14 @@ impl Best {
         self.passed += 1;
         let slots = self.recent.len();
         let mut row = std::mem::take(&mut self.recent[k % slots]);
-        // The costs in this slot are `apart` candidates old, and rivals from now on.
+        // The costs in this slot are `separation` candidates old, and rivals from now on.
         dispatch!(self.level, _simd => keep_lesser(&row, &mut self.kept.earlier));
         row.fill(f32::INFINITY);
         for (columns, costs) in runs {
             row[columns].copy_from_slice(costs);
         }
         let previous = &self.recent[(k + slots - 1) % slots];
-        dispatch!(self.level, _simd => keep_best(&row, previous, k as i32, self.apart as i32, &mut self.kept));
+        dispatch!(self.level, _simd => keep_best(&row, previous, k as i32, self.separation as i32, &mut self.kept));
         self.recent[k % slots] = row;
     }
 
@@ -97,7 +97,7 @@ impl Best {
 }
 
 #[inline(always)]
-fn keep_best(costs: &[f32], previous: &[f32], k: i32, apart: i32, kept: &mut Kept) {
+fn keep_best(costs: &[f32], previous: &[f32], k: i32, separation: i32, kept: &mut Kept) {
     let count = costs.len();
     let previous = &previous[..count];
     let (best, candidate) = (&mut kept.cost[..count], &mut kept.candidate[..count]);
@@ -107,7 +107,7 @@ fn keep_best(costs: &[f32], previous: &[f32], k: i32, apart: i32, kept: &mut Kep
         let cost = costs[i];
         let better = cost < best[i];
         let away = k - candidate[i];
-        let other = if away >= apart && cost < rival[i] { cost } else { rival[i] };
+        let other = if away >= separation && cost < rival[i] { cost } else { rival[i] };
         let next = if away == 1 { cost } else { after[i] };
         rival[i] = if better { earlier[i] } else { other };
         after[i] = if better { f32::INFINITY } else { next };
@@ -126,9 +126,9 @@ mod tests {
         #[test]
         fn the_best_and_its_rival_are_those_of_the_whole_table(
             costs in prop::collection::vec(prop_oneof![6 => (0_u8..20).prop_map(f32::from), 1 => Just(f32::INFINITY)], 1..40),
-            apart in 2_usize..5,
+            separation in 2_usize..5,
         ) {
-            let mut best = Best::new(1, apart);
+            let mut best = Best::new(1, separation);
             for _ in 0..2 {
                 best.restart();
                 for cost in &costs {
@@ -141,7 +141,7 @@ mod tests {
                 };
                 prop_assert_eq!(cost, least);
                 prop_assert_eq!(k, costs.iter().position(|&cost| cost == least).unwrap());
-                let rivals = costs.iter().enumerate().filter(|(other, _)| other.abs_diff(k) >= apart);
+                let rivals = costs.iter().enumerate().filter(|(other, _)| other.abs_diff(k) >= separation);
                 let rival = rivals.map(|(_, &cost)| cost).fold(f32::INFINITY, f32::min);
                 let confidence = best.confidence(0, 0.5);
                 if rival == f32::INFINITY {

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::answers::{RowAnswers, Searched, rival_distance};
 use super::band_groups::{Groups, groups_of_bands, penalties, searched_groups};
 use super::choice::Choice;
 use super::mapping::OrderingLimits;
+use super::result::{RowResult, SearchResult, rival_distance};
 use super::task::Task;
-use crate::aggregation::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
+use crate::aggregation::semi_global::{Aggregation, PathAggregation, RowBand, typical_cost};
 use crate::candidates::Candidates;
 use crate::cost::CostTable;
 use crate::cost::exhaustive::{Band, band_costs};
@@ -24,20 +24,20 @@ const BAND_COSTS: usize = 1 << 24;
 ///
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
-pub(super) fn searched(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
+pub(super) fn searched(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, MatchError> {
     let Task { volume, lines, range, ordering, options, .. } = task;
     let step_px = options.disparity_step_px;
-    let apart = rival_distance(lines, step_px);
+    let separation = rival_distance(lines, step_px);
     let choice = Choice {
         candidates: Candidates::covering(range, step_px),
         limits: (ordering == OrderingUsed::On).then(|| OrderingLimits::new(lines, step_px)),
-        apart,
-        rivals_apart: apart.max(2),
+        separation,
+        rival_separation: separation.max(2),
         resolution: options.method.resolution(),
     };
     let search = Exhaustive { task, choice };
     if !options.semi_global {
-        let bands = search.pieces(0..volume.rows()).map(Span::alone).collect();
+        let bands = search.pieces(0..volume.rows()).map(RowBand::alone).collect();
         let groups = Groups { groups: vec![bands], band_counts: 0 };
         return Ok(searched_groups(task, groups, progress, |span, _| search.single_rows(span.answered)));
     }
@@ -70,12 +70,12 @@ impl Exhaustive<'_> {
     }
 
     /// Answers of rows that are searched each by itself.
-    fn single_rows(&self, rows: Range<usize>) -> Vec<RowAnswers> {
+    fn single_rows(&self, rows: Range<usize>) -> Vec<RowResult> {
         self.tables(rows).iter().map(|costs| self.choice.row(costs, None)).collect()
     }
 
     /// Answers from costs aggregated across rows.
-    fn rows_together(&self, span: Span, aggregation: Aggregation<'_>) -> Vec<RowAnswers> {
+    fn rows_together(&self, span: RowBand, aggregation: Aggregation<'_>) -> Vec<RowResult> {
         let (count, columns) = (self.choice.candidates.count(), self.task.volume.columns());
         let mut paths = PathAggregation::new(span.clone(), (count, columns), aggregation);
         for piece in self.pieces(span.searched) {

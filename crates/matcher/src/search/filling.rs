@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::answers::Searched;
+use super::result::SearchResult;
 use super::task::Task;
 use super::tolerance::Tolerance;
 use crate::aggregation::rows::bands;
@@ -26,7 +26,7 @@ const LEAST_NEIGHBOURS: usize = 6;
 const TRIED_REACH: usize = 3;
 
 /// Takes back candidates that hardly differ from their rivals, and those that too few neighbours agree with.
-pub(super) fn drop_ambiguous(searched: &mut Searched, min_confidence: f64) {
+pub(super) fn drop_ambiguous(searched: &mut SearchResult, min_confidence: f64) {
     let (rows, columns) = (searched.guess.rows(), searched.guess.columns());
     for (index, confidence) in searched.confidence.values().iter().enumerate() {
         if f64::from(*confidence) < min_confidence && !searched.guess.values()[index].is_nan() {
@@ -61,7 +61,7 @@ pub(super) fn drop_ambiguous(searched: &mut Searched, min_confidence: f64) {
 /// Gives pixels that are ambiguous or seem occluded the disparity of a neighbour that enough frames agree
 /// with. Their cost is then that of the pixel and its better neighbour in the row; they have no rivals, hence
 /// no confidence.
-pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: &mut Searched) {
+pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: &mut SearchResult) {
     let Task { volume, lines, rule, options, .. } = task;
     let columns = searched.guess.columns();
     let resolution = options.method.resolution();

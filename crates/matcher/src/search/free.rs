@@ -10,11 +10,11 @@ use std::ops::Range;
 
 use fearless_simd::{Level, dispatch};
 
-use super::answers::{RowAnswers, bracketed, rival_distance};
 use super::best::Best;
+use super::result::{RowResult, bracketed, rival_distance};
 use super::task::Task;
 use super::tolerance::Tolerance;
-use crate::aggregation::semi_global::{Aggregated, Aggregation, PathAggregation, Span};
+use crate::aggregation::semi_global::{Aggregated, Aggregation, PathAggregation, RowBand};
 use crate::aggregation::sweep::{Consumer, Window, sweep};
 use crate::cost::factorised::kernels;
 use crate::cost::factorised::limits::{NOISE_OF_GROUPS, limits};
@@ -38,7 +38,7 @@ impl<'a> Search<'a> {
 
 impl Search<'_> {
     /// Answers of the rows of `span`, each found by itself or from aggregated costs.
-    pub(super) fn rows(&self, span: Span, aggregation: Option<Aggregation<'_>>) -> Vec<RowAnswers> {
+    pub(super) fn rows(&self, span: RowBand, aggregation: Option<Aggregation<'_>>) -> Vec<RowResult> {
         let Task { volume, lines, options, .. } = self.task;
         let (rows, columns) = (volume.rows(), self.plan.columns);
         let size = (self.plan.candidates.count(), columns);
@@ -52,7 +52,7 @@ impl Search<'_> {
         let limits = self.tolerance.map_or_else(Vec::new, |tolerance| {
             limits(volume, self.plan, limited, resolution, (tolerance.share, NOISE_OF_GROUPS))
         });
-        let apart = rival_distance(lines, self.plan.candidates.disparity_step_px()).max(2);
+        let separation = rival_distance(lines, self.plan.candidates.disparity_step_px()).max(2);
         let own_size = if self.tolerance.is_some() { columns * self.plan.candidates.count() } else { 0 };
         let mut rows = FreeRows {
             search: self,
@@ -66,8 +66,8 @@ impl Search<'_> {
             minima: vec![f32::INFINITY; columns],
             own: vec![vec![f32::INFINITY; own_size]; self.window.rows + shift + 1],
             recent: vec![vec![f32::INFINITY; columns * self.plan.candidates.count()]; 2 * shift + 1],
-            apart,
-            best: Best::new(columns, apart),
+            separation,
+            best: Best::new(columns, separation),
             done: band.start,
             paths,
             answers: Vec::new(),
@@ -103,13 +103,13 @@ struct FreeRows<'a> {
     recent: Vec<Vec<f32>>,
     /// Truncated costs of single pixels over their limits, for the last rows: candidates x columns each.
     own: Vec<Vec<f32>>,
-    apart: usize,
+    separation: usize,
     best: Best,
     /// The first row that is not decided.
     done: usize,
     /// Costs of rows that wait to be aggregated.
     paths: Option<PathAggregation<'a>>,
-    answers: Vec<RowAnswers>,
+    answers: Vec<RowResult>,
 }
 
 impl FreeRows<'_> {
@@ -170,7 +170,7 @@ impl FreeRows<'_> {
         }
     }
 
-    fn into_answers(mut self) -> Vec<RowAnswers> {
+    fn into_answers(mut self) -> Vec<RowResult> {
         if let Some(paths) = self.paths.take() {
             let aggregated = paths.aggregated();
             let coverage = &self.search.plan.coverage;
@@ -196,7 +196,7 @@ impl FreeRows<'_> {
         let columns = self.inverse.len();
         let count = plan.candidates.count();
         let typical = &self.typical[y - self.first_centre()];
-        let mut row = RowAnswers::unknown(columns);
+        let mut row = RowResult::unknown(columns);
         for (x, &limit) in typical.iter().enumerate() {
             let Some((k, cost)) = self.best.winner(x) else { continue };
             let cost = aggregated.map_or(cost, |aggregated| aggregated.own(y, k, x));
@@ -204,7 +204,7 @@ impl FreeRows<'_> {
             row.disagreement[x] = cost;
             row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
             let costly = cost > dearest;
-            row.validity[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), costly);
+            row.validity[x] = bracketed(count, k, 2 * self.separation, |k| !plan.knows(k, x), costly);
             if row.validity[x] == Validity::Found && costly {
                 row.validity[x] = Validity::Occluded;
             }

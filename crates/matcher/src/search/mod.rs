@@ -10,7 +10,6 @@
 //!    ([`scene_tolerance`]).
 //! 3. Where texture is weak, costs may be aggregated across rows before that; this serves both searches.
 
-mod answers;
 mod band_groups;
 mod best;
 mod choice;
@@ -20,6 +19,7 @@ mod filling;
 mod free;
 mod mapping;
 mod ordered;
+mod result;
 mod scene_tolerance;
 pub(super) mod survey;
 mod task;
@@ -28,15 +28,15 @@ pub(crate) mod tests;
 mod tolerance;
 pub(crate) mod winner;
 
-use super::aggregation::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
+use super::aggregation::semi_global::{Aggregation, PathAggregation, RowBand, typical_cost};
 use super::aggregation::sweep;
 use super::candidates::Candidates;
 use super::cost::factorised::plan::Plan;
 use super::maps::OrderingUsed;
 use super::options::{MatchError, Occlusion, Search};
-pub(super) use answers::Searched;
 use band_groups::{groups_of_bands, penalties, searched_groups};
 use epirig_core::progress::Progress;
+pub(super) use result::SearchResult;
 use scene_tolerance::measured_tolerance;
 pub(super) use task::Task;
 
@@ -48,14 +48,14 @@ const COARSER: f64 = 2.0;
 ///
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
-pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
+pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, MatchError> {
     match task.options.search_used() {
         Search::Exhaustive => exhaustive::searched(task, progress),
         Search::Factorised => factorised(task, progress),
     }
 }
 
-fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
+fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, MatchError> {
     let Task { volume, lines, range, ordering, rule, options } = task;
     let disparity_step_px = (COARSER * options.disparity_step_px).min(1.0);
     let plan = Plan::new(lines, Candidates::covering(range, disparity_step_px), rule);
@@ -64,7 +64,7 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
     let groups = groups_of_bands(task, plan.candidates.count())?;
     let occluded = ordering == OrderingUsed::Off && rule.occlusion == Occlusion::OneSide;
     let tolerance = occluded.then(|| measured_tolerance(task, &plan, window));
-    let answers = |span: Span, aggregation: Option<Aggregation<'_>>| match ordering {
+    let answers = |span: RowBand, aggregation: Option<Aggregation<'_>>| match ordering {
         OrderingUsed::On => {
             let size = (plan.candidates.count(), plan.columns);
             let paths = aggregation.map(|aggregation| PathAggregation::new(span.clone(), size, aggregation));
@@ -78,7 +78,7 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
         let typical = match tolerance {
             Some(tolerance) => tolerance.typical.max(tolerance::LEAST_TYPICAL),
             None => typical_cost(volume.rows(), options.method.resolution(), |y| {
-                answers(Span::alone(y..y + 1), None).into_iter().flat_map(|row| row.cost).collect()
+                answers(RowBand::alone(y..y + 1), None).into_iter().flat_map(|row| row.cost).collect()
             }),
         };
         penalties(task, typical)

@@ -1,9 +1,9 @@
 //! The search under the ordering constraint: the optimal strictly increasing mapping over the factorised
 //! costs.
 
-use super::answers::{RowAnswers, rival_distance};
 use super::choice::Choice;
 use super::mapping::OrderingLimits;
+use super::result::{RowResult, rival_distance};
 use crate::aggregation::semi_global::PathAggregation;
 use crate::aggregation::sweep::Consumer;
 use crate::cost::CostTable;
@@ -18,7 +18,7 @@ pub(super) struct Ordered<'a> {
     /// The costs of rows that wait to be aggregated.
     paths: Option<PathAggregation<'a>>,
     /// The rows that are done.
-    answers: Vec<RowAnswers>,
+    answers: Vec<RowResult>,
 }
 
 impl<'a> Ordered<'a> {
@@ -30,14 +30,14 @@ impl<'a> Ordered<'a> {
         paths: Option<PathAggregation<'a>>,
     ) -> Self {
         let disparity_step_px = plan.candidates.disparity_step_px();
-        let apart = rival_distance(lines, disparity_step_px);
+        let separation = rival_distance(lines, disparity_step_px);
         Self {
             plan,
             choice: Choice {
                 candidates: plan.candidates,
                 limits: Some(OrderingLimits::new(lines, disparity_step_px)),
-                apart,
-                rivals_apart: apart,
+                separation,
+                rival_separation: separation,
                 resolution,
             },
             // A candidate has a cost in all rows or in none, so the unknown ones stay unknown.
@@ -51,7 +51,7 @@ impl<'a> Ordered<'a> {
     }
 
     /// The answers, when all rows have been swept.
-    pub(super) fn into_answers(mut self) -> Vec<RowAnswers> {
+    pub(super) fn into_answers(mut self) -> Vec<RowResult> {
         if let Some(paths) = self.paths.take() {
             let aggregated = paths.aggregated();
             for y in aggregated.rows() {

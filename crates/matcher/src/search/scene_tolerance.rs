@@ -9,7 +9,7 @@ use super::free;
 use super::task::Task;
 use super::tolerance::Tolerance;
 use crate::aggregation::rows::sampled_rows;
-use crate::aggregation::semi_global::Span;
+use crate::aggregation::semi_global::RowBand;
 use crate::aggregation::sweep::Window;
 use crate::cost::factorised::plan::Plan;
 
@@ -28,7 +28,7 @@ pub(super) fn measured_tolerance(task: Task<'_>, plan: &Plan, window: Window) ->
         let search = free::Search::new(task, plan, window, Some(tolerance));
         let mut costs: Vec<f32> = sampled_rows(task.volume.rows())
             .into_par_iter()
-            .flat_map_iter(|y| search.rows(Span::alone(y..y + 1), None))
+            .flat_map_iter(|y| search.rows(RowBand::alone(y..y + 1), None))
             .flat_map_iter(|row| row.disagreement.into_iter().filter(|cost| !cost.is_nan()))
             .collect();
         upper_median(&mut costs).unwrap_or(0.0)

@@ -14,7 +14,7 @@ use epirig_core::volume::Volume;
 /// Rows above and below whose costs are added.
 const REACH_ROWS: usize = 1;
 /// Rivals are at least this many candidates apart.
-const RIVALS_APART: usize = 3;
+const RIVAL_SEPARATION: usize = 3;
 
 /// Looks at single rows of a volume.
 pub(crate) struct RowSurvey<'a> {
@@ -50,10 +50,10 @@ impl<'a> RowSurvey<'a> {
         let level = rows[0].level;
         let scale = 1.0 / rows.len() as f32;
         let (mut single, mut sum, mut mean) = (vec![0.0; columns], vec![0.0; columns], vec![0.0; columns]);
-        let mut best = Best::new(columns, RIVALS_APART);
-        for slab in &plan.slabs {
-            rows.iter_mut().for_each(|row| row.load_slab(slab));
-            for k in slab.candidates.clone() {
+        let mut best = Best::new(columns, RIVAL_SEPARATION);
+        for block in &plan.blocks {
+            rows.iter_mut().for_each(|row| row.load_block(block));
+            for k in block.candidates.clone() {
                 let runs = &plan.coverage[k].runs;
                 sum.fill(0.0);
                 for row in &rows {

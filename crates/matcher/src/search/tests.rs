@@ -191,7 +191,7 @@ pub(crate) fn searched(
     reference: usize,
     ordering: OrderingUsed,
     options: &MatchOptions,
-) -> Searched {
+) -> SearchResult {
     let lines = EpiLines::new(volume.tau(), reference, volume.columns());
     let occluded = if ordering == OrderingUsed::Off { Occlusion::OneSide } else { Occlusion::None };
     let rule = SeenRule::new(volume.frames(), options.min_visible, occluded);

@@ -20,24 +20,24 @@ pub(crate) fn winners(costs: &CostTable) -> Vec<Option<u16>> {
     winners
 }
 
-/// Confidence of the chosen candidate of each column against its rivals: the candidates at least `apart` away.
-pub(crate) fn confidences(costs: &CostTable, chosen: &[u16], apart: usize, resolution: f32) -> Vec<f32> {
+/// Confidence of the chosen candidate of each column against its rivals: the candidates at least `separation` away.
+pub(crate) fn confidences(costs: &CostTable, chosen: &[u16], separation: usize, resolution: f32) -> Vec<f32> {
     let mut rivals = vec![f32::INFINITY; costs.columns()];
     for k in 0..costs.candidates() {
-        dispatch!(Level::new(), _simd => keep_rivals(costs.row(k), chosen, k as i32, apart as i32, &mut rivals));
+        dispatch!(Level::new(), _simd => keep_rivals(costs.row(k), chosen, k as i32, separation as i32, &mut rivals));
     }
     let of_column = |(x, &rival): (usize, &f32)| confidence(costs.at(chosen[x].into(), x), rival, resolution);
     rivals.iter().enumerate().map(of_column).collect()
 }
 
-/// `least = min(least, values)` where candidate `k` lies at least `apart` from the chosen one; unknown values
+/// `least = min(least, values)` where candidate `k` lies at least `separation` from the chosen one; unknown values
 /// are no rivals.
 #[inline(always)]
-fn keep_rivals(values: &[f32], chosen: &[u16], k: i32, apart: i32, least: &mut [f32]) {
+fn keep_rivals(values: &[f32], chosen: &[u16], k: i32, separation: i32, least: &mut [f32]) {
     let count = values.len();
     let (chosen, least) = (&chosen[..count], &mut least[..count]);
     for i in 0..count {
-        let rival = (k - i32::from(chosen[i])).abs() >= apart && values[i] < least[i];
+        let rival = (k - i32::from(chosen[i])).abs() >= separation && values[i] < least[i];
         least[i] = if rival { values[i] } else { least[i] };
     }
 }

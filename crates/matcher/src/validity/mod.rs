@@ -3,13 +3,13 @@
 //! - `area`: pixels outside the mask have none.
 //! - `visibility`: the frames that see a point, where nearer surfaces pass before it.
 //! - `outlier_test`: pixels beside another surface whose frames deviate from their line.
-//! - `verdicts`: the decision after the fit.
+//! - `rule`: the decision after the fit.
 //! - `outline`: where the object is, around the answers.
 
 pub(crate) mod area;
 pub(crate) mod outlier_test;
 mod outline;
-pub(crate) mod verdicts;
+pub(crate) mod rule;
 pub(crate) mod visibility;
 
 epirig_core::choices! {

@@ -9,7 +9,7 @@ use crate::one_surface::OneSurface;
 pub(crate) const BESIDE_PX: usize = 2;
 /// Surfaces whose disparities differ by more than this, in px, pass each other by more than their
 /// blur: twice what one surface may have.
-pub(crate) const APART_PX: f32 = 2.0 * OneSurface::ROUGH.step_px;
+pub(crate) const SEPARATION_PX: f32 = 2.0 * OneSurface::ROUGH.step_px;
 /// Residuals are too large if their variance is this many times the largest squared deviation of a frame that
 /// agrees: ten times what is typical of the scene.
 const RESIDUAL_SHARE: f32 = 2.5;
@@ -43,7 +43,7 @@ impl TestedRow<'_> {
 /// Whether a neighbour lies on another surface, or has no guess.
 fn is_beside_another(guesses: &[f32], x: usize) -> bool {
     let near = &guesses[x.saturating_sub(BESIDE_PX)..(x + BESIDE_PX + 1).min(guesses.len())];
-    near.iter().any(|other| other.is_nan() || (other - guesses[x]).abs() > APART_PX)
+    near.iter().any(|other| other.is_nan() || (other - guesses[x]).abs() > SEPARATION_PX)
 }
 
 #[cfg(test)]

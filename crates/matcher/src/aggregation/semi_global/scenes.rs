@@ -5,7 +5,7 @@ use crate::lines::{EpiLines, SeenRule};
 use crate::maps::OrderingUsed;
 use crate::options::{MatchError, MatchOptions, Occlusion, Search};
 use crate::search::tests::{searched, texture, volume};
-use crate::search::{Searched, Task, search};
+use crate::search::{SearchResult, Task, search};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::statistics::upper_median;
@@ -18,7 +18,7 @@ fn noise(x: f64, y: usize, tau: f64) -> f64 {
 }
 
 /// Shares of the answered pixels whose candidate is wrong by more than 0.5 px and by more than 2 px.
-fn wrong(found: &Searched, truth: impl Fn(usize, usize) -> f64) -> [f64; 2] {
+fn wrong(found: &SearchResult, truth: impl Fn(usize, usize) -> f64) -> [f64; 2] {
     let (mut answered, mut wrong) = (0.0_f64, [0.0; 2]);
     // Beyond these columns candidates leave the image.
     for (x, y) in (20..220).flat_map(|x| (0..found.guess.rows()).map(move |y| (x, y))) {
@@ -97,7 +97,7 @@ fn costs_told_are_the_pixels_own_and_strong_texture_needs_no_help() {
         let typical = upper_median(&mut costs).unwrap();
         // A candidate and the vertex beside it, less than half a step away.
         let disparity_step_px = if search == Search::Factorised { 0.5 } else { 0.25 };
-        let candidate = |found: &Searched, index: usize| {
+        let candidate = |found: &SearchResult, index: usize| {
             Some((found.guess.values()[index] / disparity_step_px).round()).filter(|k| !k.is_nan())
         };
         let (mut answered, mut same) = (0, 0);
@@ -134,7 +134,7 @@ fn help_does_not_depend_on_the_number_of_threads() {
         let options = MatchOptions { search, semi_global: true, ..MatchOptions::default() };
         let bits = |threads| -> Vec<u32> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let Searched { guess, cost, confidence, .. } =
+            let SearchResult { guess, cost, confidence, .. } =
                 pool.install(|| searched(&scene, 4, ordering, &options));
             [guess, cost, confidence].iter().flat_map(Grid::values).map(|value| value.to_bits()).collect()
         };

@@ -14,7 +14,7 @@ type Table = Vec<Vec<Vec<f32>>>;
 
 fn aggregated(costs: &Table, answered: Range<usize>, penalties: Penalties) -> Aggregated<'static> {
     let (count, columns) = (costs[0].len(), costs[0][0].len());
-    let span = Span { searched: 0..costs.len(), answered };
+    let span = RowBand { searched: 0..costs.len(), answered };
     // What was left there before changes nothing. A test may leak a little.
     let room = vec![12345; 2 * costs.len() * count * columns].leak();
     let mut paths = PathAggregation::new(span, (count, columns), Aggregation { penalties, room });
@@ -217,7 +217,7 @@ fn bands_hold_no_more_than_they_may() {
                 let groups = bands.groups();
                 assert!(2 * bands.at_once * bands.band_counts <= (frames / 2).max(32 << 20));
                 for group in &groups {
-                    let rows = |span: &Span| span.searched.end - span.answered.start + span.answered.len();
+                    let rows = |span: &RowBand| span.searched.end - span.answered.start + span.answered.len();
                     let paths: usize = group.iter().map(|span| 2 * rows(span) * 640 * candidates).sum();
                     assert!(paths <= 2 * bands.at_once * bands.band_counts);
                     assert!(paths <= (frames / 2).max(32 << 20), "{candidates}: {paths}");

@@ -47,8 +47,8 @@ impl Groups {
     }
 
     /// Neighbouring candidates that are made of the same sums.
-    pub(crate) fn slab(&self, candidates: &Candidates) -> usize {
-        // At the ends of a slab and of a group the misalignment is largest: half of the one times half of the
+    pub(crate) fn block(&self, candidates: &Candidates) -> usize {
+        // At the ends of a block and of a group the misalignment is largest: half of the one times half of the
         // other.
         let span = 4.0 * MISALIGNMENT_PX / self.extent;
         ((span / candidates.disparity_step_px()).min(candidates.count() as f64) as usize).max(1)
@@ -115,8 +115,10 @@ mod tests {
         let groups = Groups::new(&lines);
         assert_eq!((groups.groups.len(), groups.before, groups.extent), (10, 3, 0.0));
         assert_eq!(
-            groups
-                .slab(&Candidates::covering(crate::DisparityRange { minimum_px: 0.0, maximum_px: 9.0 }, 0.5)),
+            groups.block(&Candidates::covering(
+                crate::DisparityRange { minimum_px: 0.0, maximum_px: 9.0 },
+                0.5
+            )),
             19
         );
     }

@@ -64,9 +64,9 @@ fn noise_variance(volume: &Volume, plan: &Plan, y: usize) -> Option<f32> {
     let mut costs = RowCosts::new(volume, plan);
     costs.load_row(y);
     let mut least = vec![f32::INFINITY; plan.columns];
-    for slab in &plan.slabs {
-        costs.load_slab(slab);
-        let seen = slab.seen[group].start..slab.seen[group].end.min(plan.columns);
+    for block in &plan.blocks {
+        costs.load_block(block);
+        let seen = block.seen[group].start..block.seen[group].end.min(plan.columns);
         let spreads = &costs.spreads(group)[seen.clone()];
         least[seen].iter_mut().zip(spreads).for_each(|(least, &spread)| *least = least.min(spread));
     }

@@ -14,7 +14,7 @@ pub(crate) const PAD: usize = 2;
 
 /// Candidates that are made of the same sums over groups.
 #[derive(Debug)]
-pub(crate) struct Slab {
+pub(crate) struct DisparityBlock {
     /// The candidates.
     pub(crate) candidates: Range<usize>,
     /// Of each frame, relative to the middle of its group.
@@ -47,7 +47,7 @@ pub(crate) struct Segment {
 
 /// One candidate.
 #[derive(Debug)]
-pub(crate) struct Coverage {
+pub(crate) struct VisibleRuns {
     /// Of each group.
     pub(crate) shifts: Vec<GroupShift>,
     /// In the order of the columns; those without a cost are in none.
@@ -65,31 +65,31 @@ pub(crate) struct Plan {
     pub(crate) farthest: f64,
     pub(crate) groups: Groups,
     pub(crate) candidates: Candidates,
-    pub(crate) slabs: Vec<Slab>,
-    pub(crate) coverage: Vec<Coverage>,
+    pub(crate) blocks: Vec<DisparityBlock>,
+    pub(crate) coverage: Vec<VisibleRuns>,
 }
 
 impl Plan {
     pub(crate) fn new(lines: &EpiLines, candidates: Candidates, rule: SeenRule) -> Self {
         let groups = Groups::new(lines);
-        let size = groups.slab(&candidates);
+        let size = groups.block(&candidates);
         let starts = (0..candidates.count()).step_by(size);
-        let mut slabs: Vec<Slab> = starts
-            .map(|first| slab(lines, &groups, &candidates, first..(first + size).min(candidates.count())))
+        let mut blocks: Vec<DisparityBlock> = starts
+            .map(|first| block(lines, &groups, &candidates, first..(first + size).min(candidates.count())))
             .collect();
-        let coverage: Vec<Coverage> = slabs
+        let coverage: Vec<VisibleRuns> = blocks
             .iter()
-            .flat_map(|slab| slab.candidates.clone().map(move |k| (slab, k)))
-            .map(|(slab, k)| candidate(lines, &groups, slab, candidates.disparity_px(k as f64), rule))
+            .flat_map(|block| block.candidates.clone().map(move |k| (block, k)))
+            .map(|(block, k)| candidate(lines, &groups, block, candidates.disparity_px(k as f64), rule))
             .collect();
-        slabs.iter_mut().for_each(|slab| slab.keep_needed(&coverage));
+        blocks.iter_mut().for_each(|block| block.keep_needed(&coverage));
         Self {
             columns: lines.columns(),
             reference: lines.reference(),
             farthest: lines.tau_before().max(lines.tau_after()),
             groups,
             candidates,
-            slabs,
+            blocks,
             coverage,
         }
     }
@@ -100,11 +100,11 @@ impl Plan {
     }
 }
 
-impl Slab {
-    /// Leaves out the columns of groups that no candidate of the slab asks for.
-    fn keep_needed(&mut self, coverage: &[Coverage]) {
+impl DisparityBlock {
+    /// Leaves out the columns of groups that no candidate of the block asks for.
+    fn keep_needed(&mut self, coverage: &[VisibleRuns]) {
         for (g, seen) in self.seen.iter_mut().enumerate() {
-            let of_group = |candidate: &'_ Coverage| {
+            let of_group = |candidate: &'_ VisibleRuns| {
                 let whole = candidate.shifts[g].whole;
                 let place = move |x: usize| (x as isize + whole) as usize;
                 let used = candidate.segments.iter().filter(move |segment| segment.groups.contains(&g));
@@ -119,7 +119,7 @@ impl Slab {
     }
 }
 
-fn slab(lines: &EpiLines, groups: &Groups, candidates: &Candidates, range: Range<usize>) -> Slab {
+fn block(lines: &EpiLines, groups: &Groups, candidates: &Candidates, range: Range<usize>) -> DisparityBlock {
     let middle = candidates.disparity_px(0.5 * (range.start + range.end - 1) as f64);
     let mut shifts = vec![Shift::by(0.0, lines.columns()); lines.frames()];
     let mut seen = Vec::with_capacity(groups.groups.len());
@@ -133,10 +133,16 @@ fn slab(lines: &EpiLines, groups: &Groups, candidates: &Candidates, range: Range
         }
         seen.push(first as usize..end.max(first) as usize);
     }
-    Slab { candidates: range, shifts, seen }
+    DisparityBlock { candidates: range, shifts, seen }
 }
 
-fn candidate(lines: &EpiLines, groups: &Groups, slab: &Slab, disparity_px: f64, rule: SeenRule) -> Coverage {
+fn candidate(
+    lines: &EpiLines,
+    groups: &Groups,
+    block: &DisparityBlock,
+    disparity_px: f64,
+    rule: SeenRule,
+) -> VisibleRuns {
     let columns = lines.columns();
     let exact: Vec<Shift> =
         groups.groups.iter().map(|group| Shift::by(disparity_px * group.offset, columns)).collect();
@@ -152,7 +158,7 @@ fn candidate(lines: &EpiLines, groups: &Groups, slab: &Slab, disparity_px: f64, 
     let visible: Vec<Range<isize>> = groups
         .groups
         .iter()
-        .zip(exact.iter().zip(&slab.seen))
+        .zip(exact.iter().zip(&block.seen))
         .map(|(group, (shift, seen))| {
             let ends = [group.frames.start, group.frames.end - 1].map(|t| lines.shift(disparity_px, t));
             let [first, end] = [seen.start as isize - shift.whole, seen.end as isize - shift.whole - 1];
@@ -188,7 +194,7 @@ fn candidate(lines: &EpiLines, groups: &Groups, slab: &Slab, disparity_px: f64, 
             _ => runs.push(columns.clone()),
         }
     }
-    Coverage { shifts, segments, runs }
+    VisibleRuns { shifts, segments, runs }
 }
 
 /// The costs that count where `groups` do. Whether enough frames see a point is counted in frames, `counts`

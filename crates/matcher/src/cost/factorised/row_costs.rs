@@ -3,7 +3,7 @@
 use fearless_simd::{Level, dispatch};
 
 use super::kernels::{self, CHUNK, Rows, Terms};
-use super::plan::{PAD, Plan, Slab};
+use super::plan::{DisparityBlock, PAD, Plan};
 use epirig_core::volume::Volume;
 
 /// The sums over groups of one row, and the buffers for its costs.
@@ -13,7 +13,7 @@ pub(crate) struct RowCosts<'a> {
     pub(crate) level: Level,
     /// Frames x (columns + pads).
     epi: Vec<f32>,
-    /// Groups x (columns + pads), for one slab.
+    /// Groups x (columns + pads), for one block.
     means: Vec<f32>,
     spreads: Vec<f32>,
     frames: Vec<f32>,
@@ -45,27 +45,27 @@ impl<'a> RowCosts<'a> {
         }
     }
 
-    /// Sums up the loaded row under the gradient of `slab`.
-    pub(crate) fn load_slab(&mut self, slab: &Slab) {
+    /// Sums up the loaded row under the gradient of `block`.
+    pub(crate) fn load_block(&mut self, block: &DisparityBlock) {
         let stride = self.plan.columns + 2 * PAD;
         let epi = Rows { values: &self.epi, stride };
         let rows = self.means.chunks_exact_mut(stride).zip(self.spreads.chunks_exact_mut(stride));
-        for ((group, seen), (mean, spread)) in self.plan.groups.groups.iter().zip(&slab.seen).zip(rows) {
+        for ((group, seen), (mean, spread)) in self.plan.groups.groups.iter().zip(&block.seen).zip(rows) {
             let middle = (group.frames.start + group.frames.end) / 2;
             let anchor = &self.epi[middle * stride + PAD..];
-            let (frames, shifts) = (group.frames.clone(), slab.shifts.as_slice());
+            let (frames, shifts) = (group.frames.clone(), block.shifts.as_slice());
             let out = [&mut mean[PAD..], &mut spread[PAD..]];
             dispatch!(self.level, _simd => kernels::group_sums(epi, frames, shifts, anchor, seen.clone(), out));
         }
     }
 
-    /// Variances within group `g` of the loaded slab.
+    /// Variances within group `g` of the loaded block.
     pub(crate) fn spreads(&self, g: usize) -> &[f32] {
         let start = g * (self.plan.columns + 2 * PAD) + PAD;
         &self.spreads[start..start + self.plan.columns]
     }
 
-    /// Costs of single pixels under candidate `k` of the loaded slab, at the columns where it has any: plain
+    /// Costs of single pixels under candidate `k` of the loaded block, at the columns where it has any: plain
     /// variances, or truncated at `limit`.
     pub(crate) fn single(&self, k: usize, limit: Option<&[f32]>, out: &mut [f32]) {
         let stride = self.plan.columns + 2 * PAD;

@@ -110,17 +110,17 @@ fn steady_light_takes_hardly_anything() {
 
 #[test]
 fn squares_that_two_surfaces_share_tell_nothing_wrong() {
-    // A wall of 40 px that no square can follow.
-    let walled = |x: f32, y: f32| tilted(x, y) + if x + 0.5 * y > 64.0 { 40.0 } else { 0.0 };
+    // A step edge of 40 px that no square can follow.
+    let stepped = |x: f32, y: f32| tilted(x, y) + if x + 0.5 * y > 64.0 { 40.0 } else { 0.0 };
     let mut guess = Grid::filled(ROWS, COLUMNS, 0.0);
     for y in 0..ROWS {
         for x in 0..COLUMNS {
-            guess.row_mut(y)[x] = walled(x as f32, y as f32);
+            guess.row_mut(y)[x] = stepped(x as f32, y as f32);
         }
     }
-    let Observations { maps: mut observations, template, .. } = observed(walled, drifting, &guess);
+    let Observations { maps: mut observations, template, .. } = observed(stepped, drifting, &guess);
     take_off_light(&mut observations, &template, Guess { map: &guess, origin: 0.0 }, None);
-    let (mean, after) = off(&observations, walled);
+    let (mean, after) = off(&observations, stepped);
     assert!(mean.abs() < 0.003 && (after - 1.0).abs() < 0.05, "{mean} px, {after} of the noise");
 }
 

@@ -58,7 +58,7 @@ pub(super) struct Change<S: Simd> {
     pub(super) shift: f32x16<S>,
     /// Added to the variance of the plane's disparity, in px^2.
     pub(super) variance: f32x16<S>,
-    /// Variance by the places of walls between those that are tried.
+    /// Variance by edges that lie between the places that are tried.
     pub(super) by_place: f32x16<S>,
 }
 

@@ -29,7 +29,7 @@ pub(super) struct Edges {
 
 impl Edges {
     /// Edges through the disc of these `points`, seen through a blur of this variance in px^2 of the
-    /// map. Walls of grooves also lie `at_edges` of strips.
+    /// map. Step edges of grooves also lie `at_edges` of strips.
     pub(super) fn new(points: &[Point], priors: &EdgePriors, blur: f32, at_edges: bool) -> Self {
         let directions = directions(points).into_iter();
         let directions: Vec<Parallels> =
@@ -54,28 +54,28 @@ impl Edges {
         let mut weights = [Weight::none(simd); MOST_DIRECTIONS];
         let mut tells = [true; MOST_DIRECTIONS];
         // Those that are tried now, and how far apart they and those before are then.
-        let (mut first, mut step, mut apart) = (0, count / FEWEST, count / FEWEST);
+        let (mut first, mut step, mut spacing) = (0, count / FEWEST, count / FEWEST);
         loop {
             for turn in (first..count).step_by(step).filter(|turn| tells[*turn]) {
                 let direction = &self.directions[turn];
                 direction.take::<S, COUNTS>(simd, (plane, &places), points, observations, &mut average);
                 weights[turn] = average.weight_of_direction();
             }
-            let tried = count / apart;
+            let tried = count / spacing;
             let averaged = average.averaged(simd, tried);
             let telling = averaged.explained.simd_gt(TELLING_SQUARES * tried as f32).any_true();
-            if COUNTS || apart == 1 || !telling {
+            if COUNTS || spacing == 1 || !telling {
                 return averaged;
             }
-            let half = apart / 2;
+            let half = spacing / 2;
             tells = [false; MOST_DIRECTIONS];
-            for turn in (0..count).step_by(apart) {
+            for turn in (0..count).step_by(spacing) {
                 if average.has(simd, weights[turn], (NEGLIGIBLE, tried)) {
                     tells[turn + half] = true;
                     tells[(turn + count - half) % count] = true;
                 }
             }
-            (first, step, apart) = (half, apart, half);
+            (first, step, spacing) = (half, spacing, half);
         }
     }
 }

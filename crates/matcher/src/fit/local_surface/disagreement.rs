@@ -10,7 +10,7 @@
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
-use super::observed::{Observed, spare};
+use super::observed::{Observed, one_less_leverage};
 use super::pooling::{CELL, pooled_cells};
 use super::surface::Surface;
 use crate::fit::padded::{PAD, Padded};
@@ -94,7 +94,7 @@ pub(super) fn disagreement(
 
 /// The mean square that is added to the variance and the mean that is taken off, by these sums.
 fn beyond_chance(
-    [weight, squared_weight, variance, square, difference, told_weight, told]: Sums,
+    [weight, squared_weight, variance, square, difference, observed_weight, excess_misfit]: Sums,
     pixels: f32,
 ) -> (f32, f32) {
     if weight <= 0.0 {
@@ -112,8 +112,11 @@ fn beyond_chance(
     // Squares of a Gaussian variable scatter by the root of 2 of their mean.
     let excess = square - mean * mean;
     // The larger disc's part of it: by how much more it misses what it does not know.
-    let (more, of_more) =
-        if told_weight > 0.0 { (told / told_weight, 2.0 / told_weight) } else { (0.0, 0.0) };
+    let (more, of_more) = if observed_weight > 0.0 {
+        (excess_misfit / observed_weight, 2.0 / observed_weight)
+    } else {
+        (0.0, 0.0)
+    };
     let of_square = 2.0 / independent * variance * variance;
     let chance = CHANCE_SIGMAS * (of_square + of_more).sqrt();
     ((0.5 * (excess + more - chance)).clamp(0.0, excess.max(0.0)) + left * by_chance, mean)
@@ -132,24 +135,24 @@ fn add_disagreement(maps: [&[f32]; 7], cells: &mut [Sums]) {
             let chance = if known { (v[i] - w[i]).max(LEAST_CHANCE * v[i]) } else { 1.0 };
             let share = p[i] * (USUAL_CHANCE / chance);
             let weight = if known { share * share } else { 0.0 };
-            let apart = if known { e[i] - d[i] } else { 0.0 };
-            let apart = limited(apart, LARGEST_DIFFERENCE * chance.sqrt());
+            let difference = if known { e[i] - d[i] } else { 0.0 };
+            let difference = limited(difference, LARGEST_DIFFERENCE * chance.sqrt());
             let precision = precisions[i];
             let away = limited(values[i] - d[i], LARGEST_DIFFERENCE / precision.sqrt());
-            let (small, large) = (spare(precision, v[i]), spare(precision, w[i]));
-            let (misses_small, misses_large) = (away / small, (away - apart) / large);
+            let (small, large) = (one_less_leverage(precision, v[i]), one_less_leverage(precision, w[i]));
+            let (misses_small, misses_large) = (away / small, (away - difference) / large);
             let more =
                 misses_large * misses_large - misses_small * misses_small - (w[i] / large - v[i] / small);
             let observed = known && precision > 0.0;
-            let told_weight = if observed { p[i] * p[i] * precision / v[i] } else { 0.0 };
+            let observed_weight = if observed { p[i] * p[i] * precision / v[i] } else { 0.0 };
             let terms = [
                 weight,
                 weight * weight,
                 weight * chance,
-                weight * (apart * apart - chance),
-                weight * apart,
-                told_weight,
-                if observed { told_weight * more } else { 0.0 },
+                weight * (difference * difference - chance),
+                weight * difference,
+                observed_weight,
+                if observed { observed_weight * more } else { 0.0 },
             ];
             more_sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
         }

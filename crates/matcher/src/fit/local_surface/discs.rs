@@ -62,7 +62,7 @@ impl Discs {
         let slack_px =
             points.iter().map(|point| OneSurface::FINE.slack_px(pixel * point.distance())).collect();
         let edges = edges.map(|priors| {
-            // Walls are narrow against wide pixels.
+            // Step edges are narrow against wide pixels.
             let at_edges = pixel > 1.0;
             Edges::new(&points, &priors, model.blur / (pixel * pixel), at_edges)
         });

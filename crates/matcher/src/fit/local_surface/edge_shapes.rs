@@ -3,8 +3,8 @@
 //! Across an edge, n px from it, the surface rises by alpha phi(n):
 //!
 //! ```text
-//! wall of width b: phi = n / b + 1/2, between 0 and 1      crease: phi = max(0, n)
-//! groove: phi = wall at the lower place - wall at the upper place
+//! step edge of width b: phi = n / b + 1/2, between 0 and 1      crease: phi = max(0, n)
+//! groove: phi = step edge at the lower place - step edge at the upper place
 //! ```
 //!
 //! Edges are tried at a few places. Each stands for those up to halfway to the next one: of their
@@ -13,15 +13,15 @@
 use super::disc::Direction;
 
 /// Families of edges, in the order of [`EdgePriors`].
-pub(super) const WALL: usize = 0;
+pub(super) const STEP_EDGE: usize = 0;
 pub(super) const CREASE: usize = 1;
 pub(super) const GROOVE: usize = 2;
-/// A wall that is tried stands for all of its width up to halfway to the next one, and so does a
+/// A step edge that is tried stands for all of its width up to halfway to the next one, and so does a
 /// crease, in px. So many places between are looked at.
-const WALLS_APART: f32 = 0.5;
-const CREASES_APART: f32 = 0.25;
+const STEPS_BESIDE: f32 = 0.5;
+const CREASES_BESIDE: f32 = 0.25;
 const PLACES_BETWEEN: usize = 8;
-/// Strips from one wall of a groove to the other, at least.
+/// Strips from one step edge of a groove to the other, at least.
 const NARROWEST: usize = 3;
 
 /// An edge's shape at the inner pixels, not spread by the lens, and its variance there if it lies
@@ -33,18 +33,18 @@ pub(super) struct AtInner {
 }
 
 impl AtInner {
-    /// The mean and the variance of a `shape` over the edges that lie up to `apart` px beside the
+    /// The mean and the variance of a `shape` over the edges that lie up to `beside_px` beside the
     /// one at `place`, and over some widths.
     fn between(
         inner: [f32; 4],
-        (place, apart): (f32, f32),
+        (place, beside_px): (f32, f32),
         (family, widths): (usize, &[f32]),
         shape: impl Fn(f32, f32) -> f32,
     ) -> Self {
         let places = (0..PLACES_BETWEEN).map(|index| (index as f32 + 0.5) / PLACES_BETWEEN as f32 - 0.5);
         let count = (PLACES_BETWEEN * widths.len()) as f32;
         let [mut means, mut squares] = [[0.0; 4]; 2];
-        for beside in places.map(|place| 2.0 * apart * place) {
+        for beside in places.map(|place| 2.0 * beside_px * place) {
             for &width in widths {
                 for (index, along) in inner.iter().enumerate() {
                     let value = shape(along - place - beside, width);
@@ -57,23 +57,19 @@ impl AtInner {
         Self { shape: means, variance, family }
     }
 
-    fn wall(inner: [f32; 4], place: f32, width: f32) -> Self {
+    fn step_edge(inner: [f32; 4], place: f32, width: f32) -> Self {
         let widths = [0.5 * width, width, 1.5 * width];
-        Self::between(inner, (place, WALLS_APART), (WALL, &widths), |from, width| {
+        Self::between(inner, (place, STEPS_BESIDE), (STEP_EDGE, &widths), |from, width| {
             (from / width + 0.5).clamp(0.0, 1.0)
         })
     }
 
-    fn step(inner: [f32; 4], place: f32) -> Self {
-        Self::wall(inner, place, 0.5)
-    }
-
     fn crease(inner: [f32; 4], place: f32) -> Self {
-        Self::between(inner, (place, CREASES_APART), (CREASE, &[1.0]), |from, _| from.max(0.0))
+        Self::between(inner, (place, CREASES_BESIDE), (CREASE, &[1.0]), |from, _| from.max(0.0))
     }
 }
 
-/// Two walls, of which the lower one rises and the upper one falls.
+/// Two step edges, of which the lower one rises and the upper one falls.
 pub(super) struct Groove {
     /// Their places: two for each strip, its middle and its upper edge.
     pub(super) lower: usize,
@@ -90,26 +86,26 @@ pub(super) struct ParallelEdges {
 }
 
 impl ParallelEdges {
-    /// The walls of grooves lie in the middles of strips, or also at their edges.
+    /// The step edges of grooves lie in the middles of strips, or also at their edges.
     pub(super) fn of(direction: Direction, at_edges: bool) -> Self {
         let count = direction.ends.len();
         let at_inner = (1..count - 1).rev().flat_map(|strip| {
             let middle = direction.first + strip as f32;
             [
-                AtInner::wall(direction.inner, middle, 1.0),
+                AtInner::step_edge(direction.inner, middle, 1.0),
                 AtInner::crease(direction.inner, middle + 0.5),
-                AtInner::wall(direction.inner, middle + 0.5, 2.0),
-                AtInner::step(direction.inner, middle + 0.5),
+                AtInner::step_edge(direction.inner, middle + 0.5, 2.0),
+                AtInner::step_edge(direction.inner, middle + 0.5, 0.5),
                 AtInner::crease(direction.inner, middle),
             ]
         });
         let at_inner = at_inner.collect();
-        let wall = |place: usize| {
+        let step_edge = |place: usize| {
             let middle = direction.first + (place / 2) as f32;
             if place.is_multiple_of(2) {
-                AtInner::wall(direction.inner, middle, 1.0)
+                AtInner::step_edge(direction.inner, middle, 1.0)
             } else {
-                AtInner::step(direction.inner, middle + 0.5)
+                AtInner::step_edge(direction.inner, middle + 0.5, 0.5)
             }
         };
         let places = 2..2 * (count - 1);
@@ -118,7 +114,7 @@ impl ParallelEdges {
             (lower + 2 * NARROWEST..places.end).step_by(2).map(move |upper| (lower, upper))
         });
         let grooves = pairs.map(|(lower, upper)| {
-            let (rising, falling) = (wall(lower), wall(upper));
+            let (rising, falling) = (step_edge(lower), step_edge(upper));
             let at_inner = AtInner {
                 shape: std::array::from_fn(|index| rising.shape[index] - falling.shape[index]),
                 variance: std::array::from_fn(|index| rising.variance[index] + falling.variance[index]),

@@ -1,5 +1,5 @@
-//! A plane with one edge through the disc: a wall between two levels, or a crease. Or with two
-//! parallel ones: the walls of a groove or of a ridge.
+//! A plane with one edge through the disc: a step edge between two levels, or a crease. Or with two
+//! parallel ones: the step edges of a groove or of a ridge.
 //!
 //! ```text
 //! v_j = a + p x_j + q y_j + alpha phi(n_j) + noise      alpha ~ N(0, T^2)
@@ -17,19 +17,19 @@
 //! All edges and none are averaged by these weights (`averaged`). phi is taken as constant in
 //! strips of 1 px along the edge: so sums over strips serve all edges of a direction.
 //!
-//! A disc that both walls of a hollow cross has the right model only if they are parallel. Else the
-//! plane takes a part of the hollow's depth.
+//! A disc that both step edges of a groove cross has the right model only if they are parallel. Else the
+//! plane takes a part of the groove's depth.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f32x16};
 
 use super::approximate::rough_logarithm;
 use super::averaged::{Average, Fitted};
 use super::disc::{Direction, Point};
-use super::edge_shapes::{CREASE, GROOVE, ParallelEdges, WALL};
+use super::edge_shapes::{CREASE, GROOVE, ParallelEdges, STEP_EDGE};
 use super::model::{EdgePrior, EdgePriors};
 use super::plane::Plane;
 
-/// Kinds of single edges: steps, walls 1 px and 2 px wide, and creases at the edges and in the
+/// Kinds of single edges: step edges 1/2, 1 and 2 px wide, and creases at the edges and in the
 /// middles of strips. (A crease half a pixel off its place is wrong by a quarter of the change of
 /// slant.)
 const KINDS: usize = 5;
@@ -60,14 +60,14 @@ impl<S: Simd> Shape<S> {
 /// A strip's shape and weight.
 type Strip<S> = (Shape<S>, f32x16<S>);
 
-/// A wall that may be one of a groove.
+/// A step edge that may be one of a groove.
 #[derive(Clone, Copy)]
 struct StepEdge<S: Simd> {
     shape: Shape<S>,
     /// The sum of weights times the squared shape.
     square: f32x16<S>,
-    /// What of a sum of weights beyond a lower wall is lost above this one: the sum of weights
-    /// times one less the square of what this wall leaves.
+    /// What of a sum of weights beyond a lower step edge is lost above this one: the sum of weights
+    /// times one less the square of what this step edge leaves.
     lost: f32x16<S>,
 }
 
@@ -98,12 +98,13 @@ pub(super) struct Parallels {
 
 impl Parallels {
     /// Those of this direction, seen through a blur of this variance, in squares of a strip's width.
-    /// Walls of grooves also lie `at_edges` of strips.
+    /// Step edges of grooves also lie `at_edges` of strips.
     pub(super) fn new(direction: Direction, priors: &EdgePriors, blur: f32, at_edges: bool) -> Self {
         let edges = ParallelEdges::of(direction, at_edges);
         let rest = 1.0 - priors.iter().map(|prior| prior.share).sum::<f64>();
         let count = |family: usize| edges.all().filter(|at_inner| at_inner.family == family).count();
-        let priors = [WALL, CREASE, GROOVE].map(|family| Prior::new(priors[family], rest, count(family)));
+        let priors =
+            [STEP_EDGE, CREASE, GROOVE].map(|family| Prior::new(priors[family], rest, count(family)));
         Self { edges, priors, spread: 0.5 * blur }
     }
 
@@ -128,16 +129,16 @@ impl Parallels {
         }
         let strips = &strips[..direction.ends.len()];
         let none = StepEdge { shape: Shape([zero; 4]), square: zero, lost: zero };
-        let mut walls = [none; 2 * MOST_STRIPS];
+        let mut step_edges = [none; 2 * MOST_STRIPS];
         let mut beyond = Beyond::none(simd, self.spread);
         for (place, at_inner) in (1..strips.len() - 1).rev().zip(at_inner.chunks_exact(KINDS)) {
-            let fitted = beyond.fit(simd, strips, &self.priors, place, &mut walls);
+            let fitted = beyond.fit(simd, strips, &self.priors, place, &mut step_edges);
             average.take::<COUNTS>(simd, places, &fitted, at_inner.iter());
         }
         let mut fitted = [[zero; 7]; TOGETHER];
         for grooves in grooves.chunks(TOGETHER) {
             for (groove, fitted) in grooves.iter().zip(&mut fitted) {
-                let (rising, falling) = (&walls[groove.lower], &walls[groove.upper]);
+                let (rising, falling) = (&step_edges[groove.lower], &step_edges[groove.upper]);
                 let shape = rising.shape.plus_times(falling.shape, -1.0);
                 *fitted = fitted_edge(simd, shape, rising.square - falling.lost, self.priors[GROOVE]);
             }
@@ -168,7 +169,7 @@ impl<S: Simd> Beyond<S> {
         Self { spread, level: none, crease: none, squares: [zero; 3], further: (none, zero) }
     }
 
-    /// Fits all single edges of a strip, and takes the sums of the `walls` of grooves. The strips
+    /// Fits all single edges of a strip, and takes the sums of the `step_edges` of grooves. The strips
     /// above it have been taken, from the last one on.
     #[inline(always)]
     fn fit(
@@ -177,7 +178,7 @@ impl<S: Simd> Beyond<S> {
         strips: &[Strip<S>],
         priors: &[Prior; 3],
         place: usize,
-        walls: &mut [StepEdge<S>],
+        step_edges: &mut [StepEdge<S>],
     ) -> [Fitted<S>; KINDS] {
         let zero = f32x16::splat(simd, 0.0);
         let b = self.spread;
@@ -188,10 +189,10 @@ impl<S: Simd> Beyond<S> {
         let shape =
             level.plus_times(above.0, narrow[0]).plus_times(own.0, narrow[1]).plus_times(below.0, narrow[2]);
         let square = squares(*w0, [above.1, own.1, below.1], narrow);
-        let wall = fitted_edge(simd, shape, square, priors[WALL]);
-        // A wall that falls leaves of a level of 1 what one that rises has on the other side.
+        let step_edge = fitted_edge(simd, shape, square, priors[STEP_EDGE]);
+        // A step edge that falls leaves of a level of 1 what one that rises has on the other side.
         let left = squares(zero, [below.1, own.1, above.1], narrow);
-        walls[2 * place] = StepEdge { shape, square, lost: *w0 + above.1 + own.1 + below.1 - left };
+        step_edges[2 * place] = StepEdge { shape, square, lost: *w0 + above.1 + own.1 + below.1 - left };
         // The strip above is wholly beyond what follows.
         *crease = crease.plus(*level).plus_times(above.0, 0.5);
         *w2 = w1.mul_add(2.0, above.1.mul_add(0.25, *w2 + *w0));
@@ -208,19 +209,19 @@ impl<S: Simd> Beyond<S> {
         let shape = shape.plus_times(own.0, wide[1]).plus_times(below.0, wide[2]);
         let beyond = further.1.mul_add(most * most - 1.0, *w0 - above.1);
         let square = squares(beyond, [above.1, own.1, below.1], wide);
-        let wide_wall = fitted_edge(simd, shape, square, priors[WALL]);
+        let wide_step_edge = fitted_edge(simd, shape, square, priors[STEP_EDGE]);
         let steep = [1.0 - b, b];
         let shape = level.plus_times(above.0, steep[0] - 1.0).plus_times(own.0, steep[1]);
         let square = squares(*w0 - above.1, [above.1, own.1, zero], [steep[0], steep[1], 0.0]);
-        let step = fitted_edge(simd, shape, square, priors[WALL]);
+        let steep_step_edge = fitted_edge(simd, shape, square, priors[STEP_EDGE]);
         let left = squares(zero, [own.1, above.1, zero], [steep[0], steep[1], 0.0]);
-        walls[2 * place + 1] = StepEdge { shape, square, lost: *w0 + own.1 - left };
+        step_edges[2 * place + 1] = StepEdge { shape, square, lost: *w0 + own.1 - left };
         let at_middle = 0.125 + b;
         let shape = crease.plus_times(*level, 0.5).plus_times(own.0, at_middle);
         let square = squares(w0.mul_add(0.25, *w2 + *w1), [own.1, zero, zero], [at_middle, 0.0, 0.0]);
         let crease_in_middle = fitted_edge(simd, shape, square, priors[CREASE]);
         *further = above;
-        [wall, crease_at_edge, wide_wall, step, crease_in_middle]
+        [step_edge, crease_at_edge, wide_step_edge, steep_step_edge, crease_in_middle]
     }
 }
 
@@ -232,12 +233,12 @@ fn fitted_edge<S: Simd>(
     square: f32x16<S>,
     prior: Prior,
 ) -> Fitted<S> {
-    let spare = square - c.mul_add(c, b.mul_add(b, a * a));
-    let spare = spare.max(f32x16::splat(simd, 0.0)) + prior.precision;
-    let over = spare.approximate_recip();
+    let information = square - c.mul_add(c, b.mul_add(b, a * a));
+    let information = information.max(f32x16::splat(simd, 0.0)) + prior.precision;
+    let over = information.approximate_recip();
     let alpha = residual * over;
     let gain = (residual * alpha).mul_add(HALF_LOG_E, f32x16::splat(simd, prior.logarithm));
-    [rough_logarithm(simd, spare).mul_add(-0.5, gain), alpha, over, a, b, c, residual * alpha]
+    [rough_logarithm(simd, information).mul_add(-0.5, gain), alpha, over, a, b, c, residual * alpha]
 }
 
 /// A sum of weights, and some more times squares.

@@ -71,7 +71,7 @@ const EXPECTED_BLUR_INFORMATION: f64 = 100.0;
 const APERTURE: f64 = 1.0 / 12.0;
 
 /// The result of a fit.
-pub(super) struct Joined {
+pub(super) struct Fused {
     /// In px, from the origin.
     pub(super) disparity: Padded,
     /// Variance of the disparity, in px^2; infinite where nothing is known.
@@ -136,23 +136,23 @@ pub(super) fn rough_surface(
     surface(level, &Observed::of(observations, guess), model).disparity
 }
 
-/// Joins the `observations` around `guess`. The effect of the blur is taken off them first, unless
+/// Fuses the `observations` around `guess`. The effect of the blur is taken off them first, unless
 /// the guesses are those of the search (no steps): their steps are no slants. Pixels whose mean precision is less than `least_texture`, in 1/px^2, show no more
 /// texture than noise does.
-pub(super) fn joined(
+pub(super) fn fused(
     level: Level,
     mut observations: ObservationMaps,
     template: Template,
     guess: Guess<'_>,
     Fit { sizes, steps, .. }: Fit,
     least_texture: f32,
-) -> Joined {
+) -> Fused {
     let mut blur = EXPECTED_BLUR;
     let slants = (steps > 0).then(|| SurfacePlanes::of_surface(guess, OneSurface::FINE.slant));
     let light = take_off_light(&mut observations, &template, guess, slants.as_ref());
     if let Some(slants) = slants {
         let found = take_off_drift(&mut observations, &template, &slants);
-        // What is left of a wall is spread by all of the blur: its drift was the part that goes
+        // What is left of a step edge is spread by all of the blur: its drift was the part that goes
         // with the texture.
         blur = (found.information * found.variance + EXPECTED_BLUR_INFORMATION * EXPECTED_BLUR)
             / (found.information + EXPECTED_BLUR_INFORMATION);
@@ -168,7 +168,7 @@ pub(super) fn joined(
     raise_by_residuals(level, &observed, &mut surface, observations.noise_gain);
     let Surface { disparity, mut variance, addition, .. } = surface;
     variance.values.par_iter_mut().zip(&addition.values).for_each(|(variance, more)| *variance += more);
-    Joined { disparity, variance, texture: texture(level, &observed), light }
+    Fused { disparity, variance, texture: texture(level, &observed), light }
 }
 
 /// The surface at each pixel that has a guess.

@@ -14,12 +14,12 @@ pub(super) enum Shapes {
 pub(super) struct EdgePrior {
     /// Share of the discs that have one.
     pub(super) share: f64,
-    /// Variance of its alpha: of the height of a wall in px^2, or of the change of slant at a
+    /// Variance of its alpha: of the height of a step edge in px^2, or of the change of slant at a
     /// crease in (px/px)^2.
     pub(super) variance: f64,
 }
 
-/// Those of walls, of creases and of grooves.
+/// Those of step edges, of creases and of grooves.
 pub(super) type EdgePriors = [EdgePrior; 3];
 
 /// What is known of the surface and of the camera before.

@@ -106,7 +106,7 @@ impl Observed {
 
 /// What is left of 1 beside the share of a pixel's own observation in its disparity.
 #[inline(always)]
-pub(super) fn spare(precision: f32, variance: f32) -> f32 {
+pub(super) fn one_less_leverage(precision: f32, variance: f32) -> f32 {
     let share = precision * variance;
     1.0 - if share < LARGEST_SHARE { share } else { LARGEST_SHARE }
 }

@@ -34,7 +34,7 @@ use crate::fit::padded::{PAD, Padded};
 /// Columns and rows between pixels whose noise may be alike, one of each two opposite ones ...
 const NEAR: [(usize, isize); 6] = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2)];
 /// ... and between pixels whose noise is not, but whose relief is.
-const APART: [(usize, isize); 4] = [(3, 0), (0, 3), (2, 2), (2, -2)];
+const FAR: [(usize, isize); 4] = [(3, 0), (0, 3), (2, 2), (2, -2)];
 /// Noise that is alike in neighbours may be alike with either sign; means over many pairs leave at
 /// least this.
 const LEAST_RAISE: f32 = 0.5;
@@ -79,7 +79,7 @@ impl<'a> Residuals<'a> {
     }
 
     /// Sums over the pairs that lie so many columns and rows apart.
-    fn pairs(&self, level: Level, apart: &[(usize, isize)]) -> Pairs {
+    fn pairs(&self, level: Level, offsets: &[(usize, isize)]) -> Pairs {
         let (rows, columns) = self.extent;
         let (down, across) = (rows.div_ceil(CELL), columns.div_ceil(CELL));
         let [mut weights, mut products] = [(); 2].map(|()| Padded::filled(down, across, 0.0));
@@ -88,7 +88,7 @@ impl<'a> Residuals<'a> {
                 // Of each column.
                 let mut sums = vec![[0.0; 2]; columns];
                 for y in CELL * cell_row..(CELL * (cell_row + 1)).min(rows) {
-                    for &(right, down) in apart {
+                    for &(right, down) in offsets {
                         let Some(other) = y.checked_add_signed(down).filter(|other| *other < rows) else {
                             continue;
                         };
@@ -110,7 +110,7 @@ impl<'a> Residuals<'a> {
     fn add_pairs(&self, y: usize, (right, other): (usize, usize), sums: &mut [[f32; 2]]) {
         let own = PAD..PAD + sums.len();
         let others = own.start + right..own.end + right;
-        // What is added for walls and relief is no noise.
+        // What is added for step edges and relief is no noise.
         let maps = [&self.surface.variance, &self.surface.addition, &self.roots, &self.normalised];
         let [variance, addition, roots, residuals] = maps.map(|map| &map.row(y)[own.clone()]);
         let [other_roots, other_residuals] =
@@ -128,7 +128,7 @@ impl<'a> Residuals<'a> {
 /// Raises the variances of `surface` by what residuals have in common.
 pub(super) fn raise_by_residuals(level: Level, observed: &Observed, surface: &mut Surface, noise_gain: f32) {
     let residuals = Residuals::of(observed, surface);
-    let (near, apart) = (residuals.pairs(level, &NEAR), residuals.pairs(level, &APART));
+    let (near, far) = (residuals.pairs(level, &NEAR), residuals.pairs(level, &FAR));
     let precisions = halved_sums(observed.precision.clone(), residuals.extent, CELL_HALVINGS);
     let precisions = pooled_cells(level, &precisions);
     surface.variance.par_rows().enumerate().for_each(|(y, variance)| {
@@ -136,11 +136,11 @@ pub(super) fn raise_by_residuals(level: Level, observed: &Observed, surface: &mu
         for (place, variance) in variance.iter_mut().enumerate().skip(PAD).take(observed.columns) {
             let cell = PAD + ((place - PAD) >> CELL_HALVINGS);
             let at = |map: &Padded| map.row(row)[cell];
-            if at(&apart.weights) > 0.0 {
-                let relief = at(&apart.products) / at(&apart.weights);
+            if at(&far.weights) > 0.0 {
+                let relief = at(&far.products) / at(&far.weights);
                 let alike = 2.0 * (at(&near.products) - relief * at(&near.weights)) / at(&precisions);
                 // Squared weights of a Gaussian sum to half of what weights do.
-                let chance = CHANCE_SIGMAS * (0.5 / at(&apart.weights)).sqrt();
+                let chance = CHANCE_SIGMAS * (0.5 / at(&far.weights)).sqrt();
                 *variance =
                     *variance * (noise_gain * (1.0 + alike)).max(LEAST_RAISE) + (relief - chance).max(0.0);
             }

@@ -28,7 +28,7 @@ use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use super::disagreement::disagreement;
-use super::observed::{Observed, spare};
+use super::observed::{Observed, one_less_leverage};
 use super::pooling::{CELL_HALVINGS, halved_sums, pooled};
 use super::surface::Surface;
 use crate::fit::padded::{PAD, Padded};
@@ -101,11 +101,11 @@ pub(super) fn take_larger(
                 continue;
             }
             let cell = PAD + ((place - PAD) >> CELL_HALVINGS);
-            let apart = d - disparity[place];
+            let difference = d - disparity[place];
             let chance = (small - v).abs();
             let sure = rest * rest * small + (1.0 - rest * rest) * v.min(small);
-            variance[place] = sure + share * rest * (apart * apart - chance).max(0.0);
-            disparity[place] += share * (apart - flattened[cell]);
+            variance[place] = sure + share * rest * (difference * difference - chance).max(0.0);
+            disparity[place] += share * (difference - flattened[cell]);
             addition[place] += share * (places - addition[place] + share * smoothed[cell]);
         }
     });
@@ -157,9 +157,9 @@ fn evidence_of_row(
 /// observation from all others.
 #[inline(always)]
 fn score(value: f32, precision: f32, disparity: f32, variance: f32) -> f32 {
-    let spare = spare(precision, variance);
+    let one_less_leverage = one_less_leverage(precision, variance);
     let away = value - disparity;
-    let score = -0.5 * (precision * away * away / spare - logarithm(spare));
+    let score = -0.5 * (precision * away * away / one_less_leverage - logarithm(one_less_leverage));
     if score > LEAST_SCORE { score } else { LEAST_SCORE }
 }
 

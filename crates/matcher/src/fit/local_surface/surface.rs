@@ -15,8 +15,8 @@ pub(super) struct Surface {
     /// Variance of the disparity if the model of the disc is right, in px^2; infinite where it is
     /// unknown.
     pub(super) variance: Padded,
-    /// What is to be added to it, in px^2: by places of walls between those that are tried, and by
-    /// relief that larger discs smooth away.
+    /// What is to be added to it, in px^2: by edges that lie between the places that are tried, and
+    /// by relief that larger discs smooth away.
     pub(super) addition: Padded,
     /// Slants of the plane through the disc, in px per pixel of the map, where they are needed.
     pub(super) slants: Option<[Padded; 2]>,

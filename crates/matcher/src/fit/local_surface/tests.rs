@@ -195,7 +195,7 @@ fn noisy(seed: u64, surface: impl Fn(f32, f32) -> f32) -> Observed {
 #[test]
 fn edges_are_expected_where_there_are_some_and_as_high_as_they_are() {
     let learned = |height: f32| {
-        // Walls 14 px apart: one or two cross each large disc.
+        // Step edges 14 px apart: one or two cross each large disc.
         let observed = noisy(5, |x, _| if ((x / 14.0) as usize).is_multiple_of(2) { height } else { 0.0 });
         priors::learned(Level::new(), &observed, LARGE, &MODEL)
     };

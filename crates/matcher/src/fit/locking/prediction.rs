@@ -7,7 +7,7 @@ use super::{LineSums, RowLines, RowSums};
 use crate::lines::EpiLines;
 use crate::locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic};
 
-/// Fewer rows do not tell chance.
+/// At least so many rows, or their scatter is too uncertain.
 const LEAST_ROWS: usize = 8;
 /// An amplitude from lines is used if its standard deviation is at most one over this of the amplitude from
 /// texture.
@@ -47,8 +47,8 @@ impl Amplitudes {
         let texture = Self::of_products(rows.iter().filter_map(|row| row.texture).collect());
         let (Some(by_lines), Some(by_texture)) = (&lines, &texture) else { return lines.or(texture) };
         let least = by_texture.harmonics()[0].interpolation_px.abs() / KNOWN_BY_LINES;
-        let untold = by_lines.harmonics()[0].interpolation_sigma_px > least;
-        if by_texture.are_significant() && untold { texture } else { lines }
+        let uncertain = by_lines.harmonics()[0].interpolation_sigma_px > least;
+        if by_texture.are_significant() && uncertain { texture } else { lines }
     }
 
     fn of_products(rows: Vec<Products>) -> Option<Self> {
@@ -125,8 +125,8 @@ fn feigned(rows: &[&LineSums]) -> f64 {
         }
     }
     let errors = frames.iter().filter(|frame| frame.1 > 0.0).map(|frame| (frame.0 / frame.1).powi(2));
-    let spare = frames.len().saturating_sub(TERMS).max(1) as f64;
-    (errors.sum::<f64>() / spare * 2.0 / frames.len().max(1) as f64).sqrt()
+    let freedom = frames.len().saturating_sub(TERMS).max(1) as f64;
+    (errors.sum::<f64>() / freedom * 2.0 / frames.len().max(1) as f64).sqrt()
 }
 
 /// Predicted biases of points that all frames see, tabulated over the disparity, and of others one by one.

@@ -12,17 +12,17 @@ const BAND_ROWS: usize = 16;
 /// pixel into a weight and a weighted value. Pixels whose value in the first map is 0 do not count; the mean
 /// of no pixels is 0.
 pub(super) fn box_means<const N: usize>(
-    planes: [&Padded; N],
+    maps: [&Padded; N],
     reach: usize,
     term: impl Fn([f32; N]) -> (f32, f32) + Sync,
 ) -> Padded {
-    let stride = planes[0].stride;
-    let rows = planes[0].values.len() / stride.max(1);
-    let mut means = Padded { stride, values: vec![0.0; planes[0].values.len()] };
+    let stride = maps[0].stride;
+    let rows = maps[0].values.len() / stride.max(1);
+    let mut means = Padded { stride, values: vec![0.0; maps[0].values.len()] };
     let level = Level::new();
     means.values.par_chunks_mut(BAND_ROWS * stride).enumerate().for_each(|(band, means)| {
         // The compiler may use the instruction set, too.
-        dispatch!(level, _simd => band_means(planes, reach, &term, (rows, band * BAND_ROWS), means));
+        dispatch!(level, _simd => band_means(maps, reach, &term, (rows, band * BAND_ROWS), means));
     });
     means
 }
@@ -30,20 +30,20 @@ pub(super) fn box_means<const N: usize>(
 /// Those of the rows from `first` on, of `rows`.
 #[inline(always)]
 fn band_means<const N: usize>(
-    planes: [&Padded; N],
+    maps: [&Padded; N],
     reach: usize,
     term: &impl Fn([f32; N]) -> (f32, f32),
     (rows, first): (usize, usize),
     means: &mut [f32],
 ) {
-    let stride = planes[0].stride;
+    let stride = maps[0].stride;
     let from = first.saturating_sub(reach);
     let to = (first + BAND_ROWS + reach).min(rows);
     // The terms of a row serve all rows within reach.
     let mut terms = [(); 2].map(|()| Vec::with_capacity((to - from) * stride));
     let [weights, weighted] = &mut terms;
     for place in from * stride..to * stride {
-        let values = planes.map(|plane| plane.values[place]);
+        let values = maps.map(|map| map.values[place]);
         let (weight, value) = if values[0] > 0.0 { term(values) } else { (0.0, 0.0) };
         weights.push(weight);
         weighted.push(value);

@@ -14,11 +14,11 @@ use epirig_core::volume::Volume;
 const NONE: f32 = f32::NAN;
 
 /// Answers with these disparities and the confidence 0.5; NaN is ambiguous.
-fn answers(rows: usize, columns: usize, guess: impl Fn(usize, usize) -> f32) -> Searched {
+fn answers(rows: usize, columns: usize, guess: impl Fn(usize, usize) -> f32) -> SearchResult {
     let values: Vec<f32> = (0..rows * columns).map(|index| guess(index % columns, index / columns)).collect();
     let validity = |value: &f32| if value.is_nan() { Validity::Ambiguous } else { Validity::Found };
     let validity = Grid::from_values(rows, columns, values.iter().map(validity).collect()).unwrap();
-    Searched {
+    SearchResult {
         guess: Grid::from_values(rows, columns, values).unwrap(),
         cost: Grid::filled(rows, columns, 1.0),
         confidence: Grid::filled(rows, columns, 0.5),
@@ -27,7 +27,7 @@ fn answers(rows: usize, columns: usize, guess: impl Fn(usize, usize) -> f32) -> 
     }
 }
 
-fn kept(searched: &Searched) -> Vec<(usize, usize)> {
+fn kept(searched: &SearchResult) -> Vec<(usize, usize)> {
     let (rows, columns) = (searched.guess.rows(), searched.guess.columns());
     let all = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
     all.filter(|&(x, y)| {
@@ -187,7 +187,7 @@ fn filled(
     reference: usize,
     typical: f32,
     guess: impl Fn(usize, usize) -> f32,
-) -> Searched {
+) -> SearchResult {
     let volume = scene(disparity_px);
     let lines = EpiLines::new(volume.tau(), reference, COLUMNS);
     let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);

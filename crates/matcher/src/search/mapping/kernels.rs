@@ -117,12 +117,12 @@ pub(super) fn step(
     }
 }
 
-/// `out[i]` = the least of `values` at i and at one, two and three times `apart` beyond it, as far as they
+/// `out[i]` = the least of `values` at i and at one, two and three times `separation` beyond it, as far as they
 /// exist.
 #[inline(always)]
-fn four(values: &[f32], apart: usize, out: &mut [f32]) {
-    let count = values.len().saturating_sub(3 * apart);
-    let [a, b, c, d] = std::array::from_fn(|index| &values[index * apart..index * apart + count]);
+fn four(values: &[f32], separation: usize, out: &mut [f32]) {
+    let count = values.len().saturating_sub(3 * separation);
+    let [a, b, c, d] = std::array::from_fn(|index| &values[index * separation..index * separation + count]);
     let out = &mut out[..count];
     for k in 0..count {
         out[k] = lesser(lesser(a[k], b[k]), lesser(c[k], d[k]));

@@ -44,7 +44,7 @@ fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
     // All candidates share the sums under the gradient of the middle one, on which samples are whole pixels
     // apart: nothing is interpolated.
     let plan = Plan::new(&lines, Candidates::covering(range, 0.1), rule);
-    assert_eq!(plan.slabs.len(), 1);
+    assert_eq!(plan.blocks.len(), 1);
     let options = MatchOptions::default();
     let task =
         Task { volume: &volume, lines: &lines, range, ordering: OrderingUsed::Off, rule, options: &options };

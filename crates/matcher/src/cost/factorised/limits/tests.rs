@@ -104,7 +104,7 @@ fn a_gradient_that_suits_the_scene_is_among_those_tried() {
     let exact = found((120.0, 120.0));
     let among = found((60.0, 140.0));
     let beside = found((60.0, 70.0));
-    // Less texture than noise is left within a slab: of half a gradient's distance, 0.2 px over the group,
+    // Less texture than noise is left within a block: of half a gradient's distance, 0.2 px over the group,
     // times a gradient of 42 DN/px at most.
     assert!(among > 0.5 * exact && among < exact + 42.0_f64.powi(2) * 0.2 * 0.2, "{among} {exact}");
     assert!(beside > 50.0 * exact, "{beside} {exact}");

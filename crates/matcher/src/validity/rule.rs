@@ -9,14 +9,14 @@ use crate::options::MatchOptions;
 use epirig_core::grid::Grid;
 
 /// By what it is decided.
-pub(crate) struct Verdicts<'a> {
+pub(crate) struct ValidityRule<'a> {
     /// Disparities that were searched.
     pub(crate) range: DisparityRange,
     pub(crate) ordering: OrderingUsed,
     pub(crate) options: &'a MatchOptions,
 }
 
-impl Verdicts<'_> {
+impl ValidityRule<'_> {
     /// Decides about each pixel's answer after the fit, and removes the numbers of pixels without one.
     pub(crate) fn pass(&self, maps: &mut DisparityMaps, outliers: Option<&Grid<bool>>) {
         let columns = maps.validity.columns();

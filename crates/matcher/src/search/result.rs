@@ -6,7 +6,7 @@ use crate::validity::Validity;
 use epirig_core::grid::Grid;
 
 /// The result of the search for each pixel of the reference frame; rows x columns.
-pub(crate) struct Searched {
+pub(crate) struct SearchResult {
     /// Disparity in px; NaN where unknown.
     pub(crate) guess: Grid<f32>,
     /// Cost of the chosen candidate, in the method's unit; NaN where it has none.
@@ -20,7 +20,7 @@ pub(crate) struct Searched {
     pub(crate) deviation_share: Option<f32>,
 }
 
-impl Searched {
+impl SearchResult {
     /// No pixel has a disparity.
     pub(super) fn unknown(rows: usize, columns: usize) -> Self {
         let unknown = || Grid::filled(rows, columns, f32::NAN);
@@ -29,7 +29,7 @@ impl Searched {
     }
 
     /// Takes the answers of the rows from `first` on.
-    pub(super) fn put(&mut self, first: usize, rows: &[RowAnswers]) {
+    pub(super) fn put(&mut self, first: usize, rows: &[RowResult]) {
         for (y, row) in rows.iter().enumerate().map(|(index, row)| (first + index, row)) {
             self.guess.row_mut(y).copy_from_slice(&row.disparity);
             self.cost.row_mut(y).copy_from_slice(&row.cost);
@@ -40,7 +40,7 @@ impl Searched {
 }
 
 /// The answers of one row.
-pub(super) struct RowAnswers {
+pub(super) struct RowResult {
     pub(super) disparity: Vec<f32>,
     pub(super) cost: Vec<f32>,
     pub(super) confidence: Vec<f32>,
@@ -50,7 +50,7 @@ pub(super) struct RowAnswers {
     pub(super) validity: Vec<Validity>,
 }
 
-impl RowAnswers {
+impl RowResult {
     pub(super) fn unknown(columns: usize) -> Self {
         let unknown = || vec![f32::NAN; columns];
         let validity = vec![Validity::LeavesImage; columns];
@@ -73,8 +73,8 @@ impl RowAnswers {
 
 /// Distance of rivals, in candidates: they end at least a pixel from each other.
 pub(super) fn rival_distance(lines: &EpiLines, disparity_step_px: f64) -> usize {
-    let apart = (1.0 / (disparity_step_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
-    apart.max(1)
+    let separation = (1.0 / (disparity_step_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
+    separation.max(1)
 }
 
 /// Whether the candidates around `k` of `count` show it to be the best, `reach` of them on each side.
