@@ -78,7 +78,7 @@ impl Matcher {
     /// # Errors
     /// [`MatchError::MaskSize`] if `inside` has another size; [`MatchError::EmptyMask`] if no pixel is inside.
     pub fn within(mut self, inside: &Grid<bool>) -> Result<Self, MatchError> {
-        let area = Area::new(inside, (self.volume.rows(), self.volume.columns()), &self.options)?;
+        let area = Area::new(inside, self.volume.rows(), self.volume.columns(), &self.options)?;
         self.volume.keep_rows(area.rows.clone());
         Ok(Self { area: Some(area), ..self })
     }

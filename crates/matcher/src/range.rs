@@ -4,6 +4,8 @@
 //! 1.25 times the image's width), at a coarse disparity step. Pixels whose best candidate is significant
 //! count. The range covers their disparities, without outliers.
 
+use std::ops::RangeInclusive;
+
 use rayon::prelude::*;
 
 use super::aggregation::rows::spread_rows;
@@ -94,7 +96,7 @@ pub(crate) fn survey(volume: &Volume, lines: &EpiLines, options: &MatchOptions) 
     let range = options
         .range
         .unwrap_or(DisparityRange { minimum_px: minimum - margin, maximum_px: maximum + margin });
-    Some(Survey { range, ordered: is_ordered(&disparities, lines, (minimum, maximum), step) })
+    Some(Survey { range, ordered: is_ordered(&disparities, lines, minimum..=maximum, step) })
 }
 
 /// Disparity in px of a pixel's best candidate, and how much better it is than its rivals.
@@ -209,11 +211,16 @@ fn without_outliers(sorted: &[f64], tolerance: f64) -> Vec<f64> {
     sorted.iter().copied().filter(|&value| neighbours(value) as f64 >= least).collect()
 }
 
-fn is_ordered(disparities: &[Vec<Option<f64>>], lines: &EpiLines, kept: (f64, f64), step: f64) -> bool {
+fn is_ordered(
+    disparities: &[Vec<Option<f64>>],
+    lines: &EpiLines,
+    kept: RangeInclusive<f64>,
+    step: f64,
+) -> bool {
     // The disparity step of the survey is coarse: two steps are no depth edge.
     let slack = 2.0 * step;
     let crosses = |row: &Vec<Option<f64>>| {
-        let inside = |pixel: &Option<f64>| pixel.filter(|&value| value >= kept.0 && value <= kept.1);
+        let inside = |pixel: &Option<f64>| pixel.filter(|value| kept.contains(value));
         let known: Vec<(usize, f64)> =
             row.iter().enumerate().filter_map(|(x, pixel)| Some((x, inside(pixel)?))).collect();
         known.windows(2 * SUPPORT).any(|run| {

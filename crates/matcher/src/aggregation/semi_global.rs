@@ -190,7 +190,8 @@ pub(crate) struct PathAggregation<'a> {
 impl<'a> PathAggregation<'a> {
     pub(crate) fn new(
         span: RowBand,
-        (candidates, columns): (usize, usize),
+        candidates: usize,
+        columns: usize,
         aggregation: Aggregation<'a>,
     ) -> Self {
         let Aggregation { penalties, room } = aggregation;
@@ -216,7 +217,7 @@ impl<'a> PathAggregation<'a> {
         let place = k * self.columns + first;
         let out = &mut self.coming[place..place + costs.len()];
         let (scale, dearest) = (1.0 / self.penalties.count, f32::from(self.penalties.largest_cost()));
-        dispatch!(self.level, simd => to_counts(simd, costs, (scale, dearest), out));
+        dispatch!(self.level, simd => to_counts(simd, costs, scale, dearest, out));
     }
 
     /// All costs of the row have been held.
@@ -315,7 +316,7 @@ impl Path {
 }
 
 #[inline(always)]
-fn to_counts<S: Simd>(_simd: S, costs: &[f32], (scale, dearest): (f32, f32), out: &mut [u16]) {
+fn to_counts<S: Simd>(_simd: S, costs: &[f32], scale: f32, dearest: f32, out: &mut [u16]) {
     let count = costs.len();
     let out = &mut out[..count];
     for x in 0..count {

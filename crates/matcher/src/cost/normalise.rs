@@ -48,11 +48,10 @@ pub(crate) const NORMALISING_WINDOW_PX: usize = 9;
 pub(crate) fn locally_normalised(volume: Volume, window_px: usize) -> Volume {
     let fine = volume.is_fine() || volume.bit_depth() > 8;
     let floor = FLOOR_OVER_NOISE * FLOOR_OVER_NOISE * noise_variance(&volume);
-    let halves = (window_px / 4, window_px / 2);
-    let (size, level) = ((volume.rows(), volume.columns()), Level::new());
-    volume.refilled((8, fine), (BAND_ROWS, halves.1), |rows, _, values, band| {
-        let mut window = Window::new(size, halves);
-        dispatch!(level, simd => window.normalise(simd, rows, values, floor, band));
+    let (rows, columns, level) = (volume.rows(), volume.columns(), Level::new());
+    volume.refilled((8, fine), (BAND_ROWS, window_px / 2), |band_rows, _, values, band| {
+        let mut window = Window::new(rows, columns, window_px);
+        dispatch!(level, simd => window.normalise(simd, band_rows, values, floor, band));
     })
 }
 
@@ -62,9 +61,11 @@ pub(crate) fn locally_normalised(volume: Volume, window_px: usize) -> Volume {
 /// error.
 struct Window {
     /// Rows and columns of the frame.
-    size: (usize, usize),
-    /// Columns and rows that the window reaches to either side.
-    halves: (usize, usize),
+    rows: usize,
+    columns: usize,
+    /// Rows and columns that the window reaches to either side.
+    half_rows: usize,
+    half_columns: usize,
     /// Sums of values and of squares over the window's rows, for each column; with zeros for the columns
     /// beyond the borders.
     by_column: [Vec<f64>; 2],
@@ -75,12 +76,14 @@ struct Window {
 }
 
 impl Window {
-    fn new(size: (usize, usize), halves: (usize, usize)) -> Self {
-        let (columns, half) = (size.1, halves.0);
+    fn new(rows: usize, columns: usize, window_px: usize) -> Self {
+        let half = window_px / 4;
         let covered = |x: usize| ((x + half + 1).min(columns) - x.saturating_sub(half)) as f64;
         Self {
-            size,
-            halves,
+            rows,
+            columns,
+            half_rows: window_px / 2,
+            half_columns: half,
             by_column: [0, 1].map(|_| vec![0.0; columns + 2 * half]),
             sums: [0, 1].map(|_| vec![0.0; columns]),
             covered: (0..columns).map(covered).collect(),
@@ -98,7 +101,7 @@ impl Window {
         floor: f64,
         band: &mut [f32],
     ) {
-        let ((all, columns), half) = (self.size, self.halves.1);
+        let (all, columns, half) = (self.rows, self.columns, self.half_rows);
         let first = rows.start.saturating_sub(half);
         let row = |y: usize| &values[(y - first) * columns..(y - first + 1) * columns];
         let mut paths = first..first;
@@ -112,17 +115,17 @@ impl Window {
             }
             paths = wanted;
             for (sums, by_column) in self.sums.iter_mut().zip(&self.by_column) {
-                window_sums(by_column, 2 * self.halves.0 + 1, sums);
+                window_sums(by_column, 2 * self.half_columns + 1, sums);
             }
             let [sums, squares] = &self.sums;
-            deviations(row(y), [sums, squares, &self.covered], (paths.len() as f64, floor), out);
+            deviations(row(y), [sums, squares, &self.covered], paths.len() as f64, floor, out);
         }
     }
 
     /// Adds a row to the sums over rows, or takes it away again.
     #[inline(always)]
     fn add(&mut self, row: &[f32], sign: f64) {
-        let own = self.halves.0..self.halves.0 + row.len();
+        let own = self.half_columns..self.half_columns + row.len();
         let [sums, squares] = &mut self.by_column;
         let (sums, squares) = (&mut sums[own.clone()], &mut squares[own]);
         for x in 0..row.len() {
@@ -135,12 +138,7 @@ impl Window {
 
 /// Levels of a row, from the sums of its windows: values, squares and columns, over `rows` rows.
 #[inline(always)]
-fn deviations(
-    row: &[f32],
-    [sums, squares, covered]: [&[f64]; 3],
-    (rows, floor): (f64, f64),
-    out: &mut [f32],
-) {
+fn deviations(row: &[f32], [sums, squares, covered]: [&[f64]; 3], rows: f64, floor: f64, out: &mut [f32]) {
     let columns = out.len();
     let (row, sums, squares, covered) =
         (&row[..columns], &sums[..columns], &squares[..columns], &covered[..columns]);

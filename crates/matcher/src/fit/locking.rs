@@ -129,7 +129,7 @@ impl RowLines<'_> {
         .collect()
     }
 
-    fn point(&self, (spline, turns): (&Spline, &Turns), epi: &SplineEpi, x: usize) -> Option<Point> {
+    fn point(&self, spline: &Spline, turns: &Turns, epi: &SplineEpi, x: usize) -> Option<Point> {
         let disparity = f64::from(self.disparities[x]);
         if disparity.is_nan() {
             return None;
@@ -173,12 +173,12 @@ impl RowLines<'_> {
 
     /// Sums over the row's points.
     pub(super) fn sums(&self, spline: &Spline, turns: &Turns, epi: &SplineEpi) -> RowSums {
-        RowSums { lines: self.line_sums((spline, turns), epi), texture: self.texture_sums(spline, epi) }
+        RowSums { lines: self.line_sums(spline, turns, epi), texture: self.texture_sums(spline, epi) }
     }
 
-    fn line_sums(&self, tables: (&Spline, &Turns), epi: &SplineEpi) -> Option<LineSums> {
+    fn line_sums(&self, spline: &Spline, turns: &Turns, epi: &SplineEpi) -> Option<LineSums> {
         let columns = (COLUMN_STEP / 2..self.lines.columns()).step_by(COLUMN_STEP);
-        let points: Vec<Point> = columns.filter_map(|x| self.point(tables, epi, x)).collect();
+        let points: Vec<Point> = columns.filter_map(|x| self.point(spline, turns, epi, x)).collect();
         if points.len() < LEAST_POINTS {
             return None;
         }

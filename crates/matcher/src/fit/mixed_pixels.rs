@@ -176,7 +176,7 @@ mod tests {
     fn marked((volume, lines): &(Volume, EpiLines), own: f32) -> Vec<usize> {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
-        epi.take(&spline, (volume, None), 0, 0..FRAMES);
+        epi.take(&spline, volume, None, 0, 0..FRAMES);
         let guesses: Vec<f32> = (0..COLUMNS)
             .map(|x| match x.cmp(&MIXED) {
                 std::cmp::Ordering::Less => FAR_PX,

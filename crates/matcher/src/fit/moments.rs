@@ -214,7 +214,7 @@ mod tests {
         let counts = volume.fine_counts_mut().unwrap().iter_mut().enumerate();
         counts.for_each(|(index, count)| *count = (index * index * 7919 % 32768) as u16);
         let mut epi = SplineEpi::default();
-        epi.take(spline, (&volume, None), 0, 0..FRAMES);
+        epi.take(spline, &volume, None, 0, 0..FRAMES);
         epi
     }
 

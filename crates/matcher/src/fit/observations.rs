@@ -60,7 +60,8 @@ pub(super) struct FramesUsed<'a> {
 
 /// Fills `observations` for the row in `epi` from the `guesses`; NaN guesses have no observation.
 pub(super) fn row_observations(
-    (spline, level): (&Spline, Level),
+    spline: &Spline,
+    level: Level,
     epi: &SplineEpi,
     lines: &EpiLines,
     guesses: &[f32],
@@ -101,12 +102,8 @@ pub(super) fn row_observations(
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {
                 if served[lane] {
-                    observations[start + lane] = observation(
-                        &moments,
-                        lane,
-                        (common, open[lane], anchor[lane]),
-                        frames.minimum_frames,
-                    );
+                    observations[start + lane] =
+                        observation(&moments, lane, common, open[lane], anchor[lane], frames.minimum_frames);
                     open[lane] = f32::INFINITY;
                 }
             }
@@ -133,7 +130,9 @@ fn least(mut numbers: [f32; LANES]) -> f32 {
 fn observation(
     moments: &Moments,
     lane: usize,
-    (common, guess, anchor): (f64, f32, f32),
+    common: f64,
+    guess: f32,
+    anchor: f32,
     minimum_frames: usize,
 ) -> Observation {
     let count = moments.count[lane];
@@ -216,9 +215,9 @@ mod tests {
     ) -> Vec<Observation> {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
-        epi.take(&spline, (volume, None), y, 0..FRAMES);
+        epi.take(&spline, volume, None, y, 0..FRAMES);
         let mut observations = vec![UNOBSERVED; COLUMNS];
-        row_observations((&spline, Level::new()), &epi, lines, guesses, frames, &mut observations);
+        row_observations(&spline, Level::new(), &epi, lines, guesses, frames, &mut observations);
         observations
     }
 

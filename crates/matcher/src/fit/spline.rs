@@ -77,7 +77,8 @@ impl SplineEpi {
     pub(super) fn take(
         &mut self,
         spline: &Spline,
-        (volume, gains): (&Volume, Option<&[f32]>),
+        volume: &Volume,
+        gains: Option<&[f32]>,
         y: usize,
         frames: impl Iterator<Item = usize>,
     ) {
@@ -191,7 +192,7 @@ mod tests {
         let mut volume = Volume::fine(1, counts.len(), 8, Tau::equidistant(2).unwrap());
         volume.fine_counts_mut().unwrap()[..counts.len()].copy_from_slice(counts);
         let mut epi = SplineEpi::default();
-        epi.take(spline, (&volume, None), 0, 0..1);
+        epi.take(spline, &volume, None, 0, 0..1);
         epi
     }
 

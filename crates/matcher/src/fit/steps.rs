@@ -119,7 +119,7 @@ impl<'a> Steps<'a> {
             |(epi, observations), (y, out)| {
                 let reference = self.lines.reference();
                 let frames = (0..self.volume.frames()).filter(|t| t.abs_diff(reference) % every == 0);
-                epi.take(&self.spline, (self.volume, self.gains.as_deref()), y, frames);
+                epi.take(&self.spline, self.volume, self.gains.as_deref(), y, frames);
                 let guesses = current.row(y);
                 let visible = self.points_may_be_occluded().then(|| visible_intervals(guesses, self.lines));
                 let frames_asked = FramesUsed {
@@ -131,7 +131,8 @@ impl<'a> Steps<'a> {
                     visible: visible.as_deref(),
                 };
                 row_observations(
-                    (&self.spline, self.level),
+                    &self.spline,
+                    self.level,
                     epi,
                     self.lines,
                     guesses,

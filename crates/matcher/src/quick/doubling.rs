@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use crate::search::edge_refinement::Around;
+use crate::search::edge_refinement::{Around, OpenPixel, Place};
 use crate::search::{SearchResult, Task};
 use epirig_core::grid::Grid;
 
@@ -17,12 +17,12 @@ pub(super) fn refined(task: Task<'_>, coarse: &SearchResult, reach: usize) -> Se
     let mut guess = Grid::filled(rows, columns, f32::NAN);
     let around = Around::new(&coarse.guess, 2.0, reach);
     let guesses = guess.values_mut().par_chunks_mut(columns).enumerate();
-    guesses.for_each(|(y, guess)| refine_row(task, (&coarse.guess, &around), y, guess));
+    guesses.for_each(|(y, guess)| refine_row(task, &coarse.guess, &around, y, guess));
     SearchResult {
         guess,
-        cost: doubled(&coarse.cost, (rows, columns)),
-        confidence: doubled(&coarse.confidence, (rows, columns)),
-        validity: doubled(&coarse.validity, (rows, columns)),
+        cost: doubled(&coarse.cost, rows, columns),
+        confidence: doubled(&coarse.confidence, rows, columns),
+        validity: doubled(&coarse.validity, rows, columns),
         deviation_share: coarse.deviation_share,
     }
 }
@@ -32,25 +32,26 @@ fn holder(place: usize, halved_count: usize) -> usize {
     (place / 2).min(halved_count - 1)
 }
 
-/// Each value four times, in a plane of this many rows and columns.
-fn doubled<T: Copy + Send + Sync>(halved: &Grid<T>, (rows, columns): (usize, usize)) -> Grid<T> {
-    let mut plane = Grid::filled(rows, columns, halved.at(0, 0));
-    plane.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
+/// Each value four times, in a map of this many rows and columns.
+fn doubled<T: Copy + Send + Sync>(halved: &Grid<T>, rows: usize, columns: usize) -> Grid<T> {
+    let mut map = Grid::filled(rows, columns, halved.at(0, 0));
+    map.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
         let row = halved.row(holder(y, halved.rows()));
         for (x, out) in out.iter_mut().enumerate() {
             *out = row[holder(x, row.len())];
         }
     });
-    plane
+    map
 }
 
 /// Disparities of row `y` in px, from those of halved pixels.
-fn refine_row(task: Task<'_>, (coarse, around): (&Grid<f32>, &Around<'_>), y: usize, guess: &mut [f32]) {
+fn refine_row(task: Task<'_>, coarse: &Grid<f32>, around: &Around<'_>, y: usize, guess: &mut [f32]) {
     let row = holder(y, coarse.rows());
     let (upper, lower, down) = between(y, coarse.rows());
     let mut open = Vec::new();
     for (x, guess) in guess.iter_mut().enumerate() {
         let column = holder(x, coarse.columns());
+        let place = Place { column, row };
         let (left, right, across) = between(x, coarse.columns());
         let along = |v: usize| {
             let row = coarse.row(v);
@@ -59,9 +60,9 @@ fn refine_row(task: Task<'_>, (coarse, around): (&Grid<f32>, &Around<'_>), y: us
         let above = along(upper);
         let own = coarse.at(column, row);
         *guess = 2.0 * (above + down * (along(lower) - above));
-        let is_edge = !own.is_nan() && around.is_edge((column, row));
+        let is_edge = !own.is_nan() && around.is_edge(place);
         if is_edge {
-            open.push((x, (column, row)));
+            open.push(OpenPixel { x, place });
         }
         if is_edge || guess.is_nan() || own.is_nan() {
             *guess = 2.0 * own;

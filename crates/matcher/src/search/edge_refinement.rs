@@ -33,9 +33,24 @@ pub(crate) fn refine_edges(task: Task<'_>, guess: &mut Grid<f32>, reach: usize) 
     let before = guess.clone();
     let around = Around::new(&before, 1.0, reach);
     guess.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, guess)| {
-        let open = (0..columns).filter(|&x| !before.at(x, y).is_nan() && around.is_edge((x, y)));
-        around.refine_row(task, y, &open.map(|x| (x, (x, y))).collect::<Vec<_>>(), guess);
+        let pixels = (0..columns).map(|x| OpenPixel { x, place: Place { column: x, row: y } });
+        let open = pixels.filter(|pixel| !before.at(pixel.x, y).is_nan() && around.is_edge(pixel.place));
+        around.refine_row(task, y, &open.collect::<Vec<_>>(), guess);
     });
+}
+
+/// A place among disparities.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) column: usize,
+    pub(crate) row: usize,
+}
+
+/// A pixel of a row that may lie on another surface than its guess says.
+pub(crate) struct OpenPixel {
+    pub(crate) x: usize,
+    /// Where it lies among the disparities.
+    pub(crate) place: Place,
 }
 
 /// Disparities, of which several may lie around a pixel.
@@ -53,27 +68,21 @@ impl<'a> Around<'a> {
         Self { disparities, px, reach, spans: spans(disparities, reach) }
     }
 
-    /// Whether several surfaces lie around a place, given by column and row.
-    pub(crate) fn is_edge(&self, (column, row): (usize, usize)) -> bool {
+    /// Whether several surfaces lie around a place.
+    pub(crate) fn is_edge(&self, Place { column, row }: Place) -> bool {
         let (low, high) = self.spans.at(column, row);
         self.px * (high - low) > OneSurface::ROUGH.step_px
     }
 
-    /// Gives pixels `open` of row `y` (column, and place among the disparities) the disparity that they agree
+    /// Gives pixels `open` of row `y` the disparity that they agree
     /// with best, if clearly better than with their guess.
-    pub(crate) fn refine_row(
-        &self,
-        task: Task<'_>,
-        y: usize,
-        open: &[(usize, (usize, usize))],
-        guess: &mut [f32],
-    ) {
+    pub(crate) fn refine_row(&self, task: Task<'_>, y: usize, open: &[OpenPixel], guess: &mut [f32]) {
         // Correlated windows may show other intensities in each frame.
         if open.is_empty() || !task.options.method.compares_intensities() {
             return;
         }
         let asked = ComparedRow::new(task, y);
-        for &(x, place) in open {
+        for &OpenPixel { x, place } in open {
             let surfaces = self.surfaces(place);
             // A single one is steep, or beside wrong answers, but no edge.
             if surfaces.len() < 2 {
@@ -90,7 +99,7 @@ impl<'a> Around<'a> {
 
     /// The disparities around a place in px, one for each surface. A surface counts if it has as many places
     /// as a line within reach: fewer are chance where nothing has texture.
-    fn surfaces(&self, (column, row): (usize, usize)) -> Vec<f32> {
+    fn surfaces(&self, Place { column, row }: Place) -> Vec<f32> {
         let near = |place: usize, count: usize| {
             place.saturating_sub(self.reach)..(place + self.reach + 1).min(count)
         };

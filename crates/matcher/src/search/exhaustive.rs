@@ -77,7 +77,7 @@ impl Exhaustive<'_> {
     /// Answers from costs aggregated across rows.
     fn rows_together(&self, span: RowBand, aggregation: Aggregation<'_>) -> Vec<RowResult> {
         let (count, columns) = (self.choice.candidates.count(), self.task.volume.columns());
-        let mut paths = PathAggregation::new(span.clone(), (count, columns), aggregation);
+        let mut paths = PathAggregation::new(span.clone(), count, columns, aggregation);
         for piece in self.pieces(span.searched) {
             for table in self.tables(piece) {
                 (0..count).for_each(|k| paths.hold(k, 0, table.row(k)));

@@ -100,7 +100,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
     let filled: Vec<_> = bands
         .into_par_iter()
         .flat_map_iter(|band| {
-            let limits = limits(volume, plan, band.clone(), resolution, (tolerance.share, NOISE_OF_FRAMES));
+            let limits = limits(volume, plan, band.clone(), resolution, tolerance.share, NOISE_OF_FRAMES);
             band.zip(limits).map(|(y, limits)| (y, row_of(y, &limits))).collect::<Vec<_>>()
         })
         .collect();

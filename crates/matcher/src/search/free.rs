@@ -41,16 +41,16 @@ impl Search<'_> {
     pub(super) fn rows(&self, span: RowBand, aggregation: Option<Aggregation<'_>>) -> Vec<RowResult> {
         let Task { volume, lines, options, .. } = self.task;
         let (rows, columns) = (volume.rows(), self.plan.columns);
-        let size = (self.plan.candidates.count(), columns);
+        let count = self.plan.candidates.count();
         let band = span.searched.clone();
-        let paths = aggregation.map(|aggregation| PathAggregation::new(span, size, aggregation));
+        let paths = aggregation.map(|aggregation| PathAggregation::new(span, count, columns, aggregation));
         let shift = self.window.rows;
         let centres = band.start.saturating_sub(shift)..(band.end + shift).min(rows);
         let first = centres.start.saturating_sub(shift);
         let limited = first..(centres.end + shift).min(rows);
         let resolution = options.method.resolution();
         let limits = self.tolerance.map_or_else(Vec::new, |tolerance| {
-            limits(volume, self.plan, limited, resolution, (tolerance.share, NOISE_OF_GROUPS))
+            limits(volume, self.plan, limited, resolution, tolerance.share, NOISE_OF_GROUPS)
         });
         let separation = rival_distance(lines, self.plan.candidates.disparity_step_px()).max(2);
         let own_size = if self.tolerance.is_some() { columns * self.plan.candidates.count() } else { 0 };

@@ -66,8 +66,9 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, M
     let tolerance = occluded.then(|| measured_tolerance(task, &plan, window));
     let answers = |span: RowBand, aggregation: Option<Aggregation<'_>>| match ordering {
         OrderingUsed::On => {
-            let size = (plan.candidates.count(), plan.columns);
-            let paths = aggregation.map(|aggregation| PathAggregation::new(span.clone(), size, aggregation));
+            let count = plan.candidates.count();
+            let paths = aggregation
+                .map(|aggregation| PathAggregation::new(span.clone(), count, plan.columns, aggregation));
             let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), paths);
             sweep::sweep(volume, &plan, window, span.searched, &mut consumer);
             consumer.into_answers()

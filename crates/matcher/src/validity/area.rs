@@ -32,7 +32,8 @@ impl Area {
     /// [`MatchError::MaskSize`] if `inside` has another size; [`MatchError::EmptyMask`] if no pixel is inside.
     pub(crate) fn new(
         inside: &Grid<bool>,
-        (rows, columns): (usize, usize),
+        rows: usize,
+        columns: usize,
         options: &MatchOptions,
     ) -> Result<Self, MatchError> {
         let (mask_rows, mask_columns) = (inside.rows(), inside.columns());
@@ -133,22 +134,22 @@ mod tests {
         let options = MatchOptions::default();
         let rim = rim_px(&options);
         let mask = inside(400, 500, |x, y| (x, y) == (201, 190) || (x, y) == (250, 211));
-        let area = Area::new(&mask, (400, 500), &options).unwrap();
+        let area = Area::new(&mask, 400, 500, &options).unwrap();
         assert!(area.rows.start <= 190 - rim && area.rows.start >= 190 - rim - 1, "{:?}", area.rows);
         assert!(area.rows.end > 211 + rim && area.rows.end <= 211 + rim + 2, "{:?}", area.rows);
         assert!(area.columns.start <= 201 - rim && area.columns.end > 250 + rim, "{:?}", area.columns);
         assert_eq!((area.rows.start % 2, area.columns.start % 2), (0, 0));
         // At the borders it ends.
-        let all = Area::new(&inside(9, 11, |_, _| true), (9, 11), &options).unwrap();
+        let all = Area::new(&inside(9, 11, |_, _| true), 9, 11, &options).unwrap();
         assert_eq!((all.rows, all.columns), (0..9, 0..11));
     }
 
     #[test]
     fn a_mask_of_another_size_or_without_a_pixel_is_refused() {
         let options = MatchOptions::default();
-        let refused = Area::new(&inside(9, 11, |_, _| true), (11, 9), &options).unwrap_err();
+        let refused = Area::new(&inside(9, 11, |_, _| true), 11, 9, &options).unwrap_err();
         assert!(matches!(refused, MatchError::MaskSize { mask_rows: 9, columns: 9, .. }), "{refused}");
-        let refused = Area::new(&inside(9, 11, |_, _| false), (9, 11), &options).unwrap_err();
+        let refused = Area::new(&inside(9, 11, |_, _| false), 9, 11, &options).unwrap_err();
         assert!(matches!(refused, MatchError::EmptyMask), "{refused}");
     }
 }

@@ -29,7 +29,7 @@ impl ValidityRule<'_> {
             for (x, validity) in answers.iter_mut().enumerate() {
                 let outlier = outliers.is_some_and(|outliers| outliers.at(x, y));
                 if *validity == Validity::Found {
-                    *validity = self.of_fitted((disparities[x], sigmas[x]), outlier, confidences[x]);
+                    *validity = self.of_fitted(disparities[x], sigmas[x], outlier, confidences[x]);
                 }
                 if *validity != Validity::Found {
                     (disparities[x], sigmas[x]) = (f32::NAN, f32::NAN);
@@ -38,7 +38,7 @@ impl ValidityRule<'_> {
         });
     }
 
-    fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), outlier: bool, confidence: f32) -> Validity {
+    fn of_fitted(&self, disparity_px: f32, sigma_px: f32, outlier: bool, confidence: f32) -> Validity {
         let ambiguous = f64::from(confidence) < self.options.min_confidence;
         // The fit may leave the candidates, but not the range by more than a step of it can.
         let disparity = f64::from(disparity_px);

@@ -17,7 +17,7 @@ fn aggregated(costs: &Table, answered: Range<usize>, penalties: Penalties) -> Ag
     let span = RowBand { searched: 0..costs.len(), answered };
     // What was left there before changes nothing. A test may leak a little.
     let room = vec![12345; 2 * costs.len() * count * columns].leak();
-    let mut paths = PathAggregation::new(span, (count, columns), Aggregation { penalties, room });
+    let mut paths = PathAggregation::new(span, count, columns, Aggregation { penalties, room });
     for row in costs {
         row.iter().enumerate().for_each(|(k, costs)| paths.hold(k, 0, costs));
         paths.row_done();

@@ -25,7 +25,8 @@ pub(crate) fn limits(
     plan: &Plan,
     rows: Range<usize>,
     least: f32,
-    (share, noise_factor): (f32, f32),
+    share: f32,
+    noise_factor: f32,
 ) -> Vec<Vec<f32>> {
     let mut row = vec![0.0; volume.columns()];
     let step = half_step(plan).powi(2);

@@ -119,7 +119,8 @@ impl<S: Simd> Average<S> {
         &self,
         simd: S,
         Weight { weight, reference }: Weight<S>,
-        (share, directions): (f32, usize),
+        share: f32,
+        directions: usize,
     ) -> bool {
         let whole = self.weight + power_of_two(simd, -self.reference) * directions as f32;
         (weight * power_of_two(simd, reference - self.reference)).simd_gt(whole * share).any_true()

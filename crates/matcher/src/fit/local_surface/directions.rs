@@ -58,7 +58,7 @@ impl Edges {
         loop {
             for turn in (first..count).step_by(step).filter(|turn| tells[*turn]) {
                 let direction = &self.directions[turn];
-                direction.take::<S, COUNTS>(simd, (plane, &places), points, observations, &mut average);
+                direction.take::<S, COUNTS>(simd, plane, &places, points, observations, &mut average);
                 weights[turn] = average.weight_of_direction();
             }
             let tried = count / spacing;
@@ -70,7 +70,7 @@ impl Edges {
             let half = spacing / 2;
             tells = [false; MOST_DIRECTIONS];
             for turn in (0..count).step_by(spacing) {
-                if average.has(simd, weights[turn], (NEGLIGIBLE, tried)) {
+                if average.has(simd, weights[turn], NEGLIGIBLE, tried) {
                     tells[turn + half] = true;
                     tells[(turn + count - half) % count] = true;
                 }

@@ -48,7 +48,8 @@ type Sums = [f32; 7];
 pub(super) fn disagreement(
     level: Level,
     observed: &Observed,
-    (small, large): (&Surface, &Surface),
+    small: &Surface,
+    large: &Surface,
     shares: &Padded,
     pixels: f32,
 ) -> Disagreement {

@@ -27,6 +27,13 @@ const SAMPLED_BLOCKS: usize = 128;
 /// Multiples of it, modulo 1, are spread most evenly.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
+/// A place of padded maps: the upper left one of the inner pixels of the first of sixteen discs.
+#[derive(Clone, Copy)]
+struct Place {
+    row: usize,
+    column: usize,
+}
+
 /// What was fitted to a disc.
 struct Fitted<S: Simd> {
     plane: Plane<S>,
@@ -82,7 +89,8 @@ impl Discs {
         level: Level,
         observed: &Observed,
         squared_radius: usize,
-        (model, edges): (&Model, EdgePriors),
+        model: &Model,
+        edges: EdgePriors,
     ) -> Vec<[f32; 3]> {
         let discs = Self::new(squared_radius, Some(edges), model, 1.0);
         let (pairs, blocks) = (observed.rows().div_ceil(2), observed.columns.div_ceil(2 * LANES));
@@ -90,19 +98,14 @@ impl Discs {
         let sampled = (0..count).into_par_iter().flat_map_iter(|index| {
             // Rows and columns are both spread evenly (a lattice of Fibonacci).
             let column = ((index as f64 * GOLDEN).fract() * blocks as f64) as usize;
-            let place = (2 * (index * pairs / count), PAD + 2 * LANES * column);
+            let place = Place { row: 2 * (index * pairs / count), column: PAD + 2 * LANES * column };
             dispatch!(level, simd => discs.likelihoods_of_block(simd, observed, place))
         });
         sampled.collect()
     }
 
     #[inline(always)]
-    fn likelihoods_of_block<S: Simd>(
-        &self,
-        simd: S,
-        observed: &Observed,
-        place: (usize, usize),
-    ) -> Vec<[f32; 3]> {
+    fn likelihoods_of_block<S: Simd>(&self, simd: S, observed: &Observed, place: Place) -> Vec<[f32; 3]> {
         let own = load_every_other(simd, &observed.guess, place);
         if own.is_nan().all_true() {
             return Vec::new();
@@ -124,7 +127,7 @@ impl Discs {
         // Slants carry disparities from wide pixels to narrow ones.
         let mut surface = Surface::unknown(observed.rows(), observed.columns, self.pixel > 1.0);
         surface.par_row_pairs().enumerate().for_each(|(pair, mut rows)| {
-            dispatch!(level, simd => self.rows(simd, (observed, guesses), 2 * pair, &mut rows));
+            dispatch!(level, simd => self.rows(simd, observed, guesses, 2 * pair, &mut rows));
         });
         surface
     }
@@ -133,12 +136,13 @@ impl Discs {
     fn rows<S: Simd>(
         &self,
         simd: S,
-        (observed, guesses): (&Observed, &Padded),
+        observed: &Observed,
+        guesses: &Padded,
         y: usize,
         rows: &mut [SurfaceRow<'_>],
     ) {
         for start in (PAD..guesses.stride - PAD).step_by(2 * LANES) {
-            self.block(simd, (observed, guesses), (y, start), rows);
+            self.block(simd, observed, guesses, Place { row: y, column: start }, rows);
         }
     }
 
@@ -148,14 +152,15 @@ impl Discs {
     fn block<S: Simd>(
         &self,
         simd: S,
-        (observed, guesses): (&Observed, &Padded),
-        (y, start): (usize, usize),
+        observed: &Observed,
+        guesses: &Padded,
+        place: Place,
         rows: &mut [SurfaceRow<'_>],
     ) {
         let nothing = f32x16::splat(simd, f32::NAN);
         let mut open = [nothing; 4];
         for (open, pair) in open.chunks_exact_mut(2).zip(0..rows.len()) {
-            let [even, odd] = load_pair(simd, guesses, (y + pair, start));
+            let [even, odd] = load_pair(simd, guesses, Place { row: place.row + pair, ..place });
             (open[0], open[1]) = (even, odd);
         }
         for _ in 0..INNER.len() {
@@ -167,11 +172,11 @@ impl Discs {
             if own.is_nan().all_true() {
                 break;
             }
-            let found = self.found(simd, observed, (y, start), own);
+            let found = self.found(simd, observed, place, own);
             for (pair, row) in rows.iter_mut().enumerate() {
                 let guesses = [open[2 * pair], open[2 * pair + 1]];
                 let served = guesses.map(|guess| (guess - own).abs().simd_le(OneSurface::FINE.step_px));
-                row.put(simd, start, served, [found[2 * pair], found[2 * pair + 1]]);
+                row.put(simd, place.column, served, [found[2 * pair], found[2 * pair + 1]]);
                 for (side, served) in served.into_iter().enumerate() {
                     open[2 * pair + side] = served.select(nothing, guesses[side]);
                 }
@@ -186,12 +191,12 @@ impl Discs {
         &self,
         simd: S,
         observed: &Observed,
-        (y, start): (usize, usize),
+        place: Place,
         own: f32x16<S>,
     ) -> [[f32x16<S>; 5]; 4] {
         let zero = f32x16::splat(simd, 0.0);
         let Fitted { plane, averaged, squares, number, around } =
-            self.fitted::<S, false>(simd, observed, (y, start), own);
+            self.fitted::<S, false>(simd, observed, place, own);
         let left = squares - plane.explained_squares() - averaged.explained;
         let freedom = (number - 3.0).max(f32x16::splat(simd, 1.0));
         // Chance scatters the mean of squares by the root of 2 over their number.
@@ -225,7 +230,7 @@ impl Discs {
         &self,
         simd: S,
         observed: &Observed,
-        (y, start): (usize, usize),
+        place: Place,
         own: f32x16<S>,
     ) -> Fitted<S> {
         let zero = f32x16::splat(simd, 0.0);
@@ -235,11 +240,11 @@ impl Discs {
         let [mut squares, mut number, mut around] = [zero; 3];
         for (index, point) in self.points.iter().enumerate() {
             // Rows above the image come out as huge numbers.
-            let row = y.wrapping_add_signed(point.row);
+            let row = place.row.wrapping_add_signed(point.row);
             if row >= observed.rows() {
                 continue;
             }
-            let at = (row, start.wrapping_add_signed(point.column));
+            let at = Place { row, column: place.column.wrapping_add_signed(point.column) };
             let guess = load_every_other(simd, &observed.guess, at);
             let near = (guess - own).abs().simd_le(self.slack_px[index]);
             let weight = near.select(load_every_other(simd, &observed.precision, at), zero);
@@ -266,14 +271,14 @@ impl Discs {
 
 /// Every other value of a row, from `place` on.
 #[inline(always)]
-fn load_every_other<S: Simd>(simd: S, map: &Padded, (y, place): (usize, usize)) -> f32x16<S> {
-    load_pair(simd, map, (y, place))[0]
+fn load_every_other<S: Simd>(simd: S, map: &Padded, place: Place) -> f32x16<S> {
+    load_pair(simd, map, place)[0]
 }
 
 /// Every other value of a row, from `place` on and from the next place on.
 #[inline(always)]
-fn load_pair<S: Simd>(simd: S, map: &Padded, (y, place): (usize, usize)) -> [f32x16<S>; 2] {
-    let row = &map.row(y)[place..place + 2 * LANES];
+fn load_pair<S: Simd>(simd: S, map: &Padded, Place { row, column }: Place) -> [f32x16<S>; 2] {
+    let row = &map.row(row)[column..column + 2 * LANES];
     let (first, second) = row.split_at(LANES);
     let (even, odd) = f32x16::from_slice(simd, first).deinterleave(f32x16::from_slice(simd, second));
     [even, odd]

@@ -37,8 +37,10 @@ impl AtInner {
     /// one at `place`, and over some widths.
     fn between(
         inner: [f32; 4],
-        (place, beside_px): (f32, f32),
-        (family, widths): (usize, &[f32]),
+        place: f32,
+        beside_px: f32,
+        family: usize,
+        widths: &[f32],
         shape: impl Fn(f32, f32) -> f32,
     ) -> Self {
         let places = (0..PLACES_BETWEEN).map(|index| (index as f32 + 0.5) / PLACES_BETWEEN as f32 - 0.5);
@@ -59,13 +61,13 @@ impl AtInner {
 
     fn step_edge(inner: [f32; 4], place: f32, width: f32) -> Self {
         let widths = [0.5 * width, width, 1.5 * width];
-        Self::between(inner, (place, STEPS_BESIDE), (STEP_EDGE, &widths), |from, width| {
+        Self::between(inner, place, STEPS_BESIDE, STEP_EDGE, &widths, |from, width| {
             (from / width + 0.5).clamp(0.0, 1.0)
         })
     }
 
     fn crease(inner: [f32; 4], place: f32) -> Self {
-        Self::between(inner, (place, CREASES_BESIDE), (CREASE, &[1.0]), |from, _| from.max(0.0))
+        Self::between(inner, place, CREASES_BESIDE, CREASE, &[1.0], |from, _| from.max(0.0))
     }
 }
 

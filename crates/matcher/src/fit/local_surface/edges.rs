@@ -113,7 +113,8 @@ impl Parallels {
     pub(super) fn take<S: Simd, const COUNTS: bool>(
         &self,
         simd: S,
-        (plane, places): (&Plane<S>, &[[f32x16<S>; 3]; 4]),
+        plane: &Plane<S>,
+        places: &[[f32x16<S>; 3]; 4],
         points: &[Point],
         observations: (&[f32x16<S>], &[f32x16<S>]),
         average: &mut Average<S>,

@@ -52,9 +52,6 @@ const SMALL: usize = 9;
 const LARGE: usize = 52;
 /// The same of discs of one size, which see no farther than windows of 5 x 5 px.
 const EQUAL: usize = 5;
-/// Half of the larger disc's radius, in px: predictions are compared within a Gaussian of this
-/// standard deviation.
-const HALF_LARGE_PX: f32 = 3.6;
 /// Discs grow to this many times the large one's radius, in powers of two: 115 px across.
 const MOST_HALVINGS: usize = 3;
 
@@ -183,7 +180,7 @@ fn surface(level: Level, observed: &Observed, model: Model) -> Surface {
     let mut pixels = discs.pixels();
     discs = Discs::new(LARGE, large, &model, 1.0).ending_with_the_texture(model.least_texture);
     let larger = discs.surface(level, observed, &observed.guess);
-    take_larger(level, observed, &mut surface, &larger, (HALF_LARGE_PX, 0), pixels);
+    take_larger(level, observed, &mut surface, &larger, 0, pixels);
     surface.forget_unknown_of(&larger);
     drop(larger);
     let mut halved = Vec::new();
@@ -202,7 +199,7 @@ fn surface(level: Level, observed: &Observed, model: Model) -> Surface {
             let has_slants = finer > 0;
             larger = larger.doubled(if has_slants { &halved[finer - 1] } else { observed }, has_slants);
         }
-        take_larger(level, observed, &mut surface, &larger, (HALF_LARGE_PX, halvings), pixels);
+        take_larger(level, observed, &mut surface, &larger, halvings, pixels);
     }
     surface
 }

@@ -41,7 +41,7 @@ const KINDS: usize = 3 * DEVIATIONS.len() + 1;
 /// What discs of this squared radius tell of edges.
 pub(super) fn learned(level: Level, observed: &Observed, squared_radius: usize, model: &Model) -> EdgePriors {
     let tried = DEVIATIONS.map(of_deviation);
-    let of_deviation = |edges| Discs::likelihoods(level, observed, squared_radius, (model, edges));
+    let of_deviation = |edges| Discs::likelihoods(level, observed, squared_radius, model, edges);
     let found = tried.map(of_deviation);
     let of_disc = |disc: usize| {
         let kind = |kind: usize| found.get(kind / 3).map_or(1.0, |likelihoods| likelihoods[disc][kind % 3]);

@@ -92,7 +92,7 @@ impl<'a> Residuals<'a> {
                         let Some(other) = y.checked_add_signed(down).filter(|other| *other < rows) else {
                             continue;
                         };
-                        dispatch!(level, _simd => self.add_pairs(y, (right, other), &mut sums));
+                        dispatch!(level, _simd => self.add_pairs(y, other, right, &mut sums));
                     }
                 }
                 let cells = weights[PAD..].iter_mut().zip(&mut products[PAD..]).zip(sums.chunks(CELL));
@@ -107,7 +107,7 @@ impl<'a> Residuals<'a> {
 
     /// Adds the pairs of pixels of row `y` and those so many columns to the right in the `other` row.
     #[inline(always)]
-    fn add_pairs(&self, y: usize, (right, other): (usize, usize), sums: &mut [[f32; 2]]) {
+    fn add_pairs(&self, y: usize, other: usize, right: usize, sums: &mut [[f32; 2]]) {
         let own = PAD..PAD + sums.len();
         let others = own.start + right..own.end + right;
         // What is added for step edges and relief is no noise.

@@ -33,6 +33,9 @@ use super::pooling::{CELL_HALVINGS, halved_sums, pooled};
 use super::surface::Surface;
 use crate::fit::padded::{PAD, Padded};
 
+/// Half of the larger disc's radius, in px: predictions are compared within a Gaussian of this
+/// standard deviation.
+const HALF_LARGE_PX: f32 = 3.6;
 /// One pixel of each so many rows and columns tells how often the larger disc is right: neighbours
 /// tell the same.
 const SAMPLED: usize = 4;
@@ -45,14 +48,13 @@ const LEAST_SHARE: f64 = 0.02;
 const LEAST_SCORE: f32 = -12.0;
 
 /// Takes `larger`, the surface by larger discs, into `surface`, as far as it predicts better.
-/// Predictions are summed over a Gaussian of this standard deviation, in pixels of the map that has
-/// been halved so often. `pixels` is the number of pixels of the smaller discs.
+/// Its discs are large ones of the map that has been halved so often. `pixels` is the number of pixels of the smaller discs.
 pub(super) fn take_larger(
     level: Level,
     observed: &Observed,
     surface: &mut Surface,
     larger: &Surface,
-    (sigma_px, halvings): (f32, usize),
+    halvings: usize,
     pixels: f32,
 ) {
     let extent = (observed.rows(), observed.columns);
@@ -65,7 +67,7 @@ pub(super) fn take_larger(
         dispatch!(level, _simd => evidence_of_row(seen, maps, &mut evidence[own.clone()]));
     });
     let evidence = halved_sums(evidence, extent, halvings);
-    let evidence = pooled(level, &evidence, sigma_px);
+    let evidence = pooled(level, &evidence, HALF_LARGE_PX);
     let usual = usual_odds(observed, |place, y| {
         let (small, large) = (surface.variance.row(y)[place], larger.variance.row(y)[place]);
         let evidence = evidence.row(y >> halvings)[PAD + ((place - PAD) >> halvings)];
@@ -84,7 +86,7 @@ pub(super) fn take_larger(
             };
         }
     });
-    let found = disagreement(level, observed, (surface, larger), &shares, pixels);
+    let found = disagreement(level, observed, surface, larger, &shares, pixels);
     let Surface { disparity, variance, addition, .. } = surface;
     let rows = disparity.par_rows().zip(variance.par_rows()).zip(addition.par_rows()).enumerate();
     rows.for_each(|(y, ((disparity, variance), addition))| {

@@ -22,7 +22,7 @@ pub(super) fn box_means<const N: usize>(
     let level = Level::new();
     means.values.par_chunks_mut(BAND_ROWS * stride).enumerate().for_each(|(band, means)| {
         // The compiler may use the instruction set, too.
-        dispatch!(level, _simd => band_means(maps, reach, &term, (rows, band * BAND_ROWS), means));
+        dispatch!(level, _simd => band_means(maps, reach, &term, rows, band * BAND_ROWS, means));
     });
     means
 }
@@ -33,7 +33,8 @@ fn band_means<const N: usize>(
     maps: [&Padded; N],
     reach: usize,
     term: &impl Fn([f32; N]) -> (f32, f32),
-    (rows, first): (usize, usize),
+    rows: usize,
+    first: usize,
     means: &mut [f32],
 ) {
     let stride = maps[0].stride;

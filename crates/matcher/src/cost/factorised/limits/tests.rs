@@ -48,7 +48,7 @@ fn a_ramp_may_miss_by_its_gradient_times_half_the_step() {
     let scene = volume(Tau::equidistant(61).unwrap(), |x, tau| 20.0 + gradient * (x - 2.25 * tau));
     for (reference, farthest) in [(0, 1.0), (30, 0.5), (45, 0.75), (60, 1.0)] {
         let plan = plan_of(&scene, reference, (2.0, 2.5), 0.5);
-        let rows = limits(&scene, &plan, 1..3, LEAST, (0.2, NOISE_OF_FRAMES));
+        let rows = limits(&scene, &plan, 1..3, LEAST, 0.2, NOISE_OF_FRAMES);
         assert_eq!(rows.len(), 2);
         for row in &rows {
             assert_eq!(row.len(), COLUMNS + CHUNK);
@@ -115,7 +115,7 @@ fn where_frames_stand_alone_all_of_the_contrast_is_allowed_for() {
     let scene = volume(Tau::equidistant(9).unwrap(), |x, _| if x % 2.0 == 0.0 { 10.0 } else { 16.0 });
     let plan = plan_of(&scene, 4, (0.0, 0.0), 0.5);
     assert!(noise_variance(&scene, &plan, 0).is_none());
-    let rows = limits(&scene, &plan, 0..1, LEAST, (0.1, NOISE_OF_GROUPS));
+    let rows = limits(&scene, &plan, 0..1, LEAST, 0.1, NOISE_OF_GROUPS);
     // Five of one and four of the other.
     assert!((rows[0][20] - (10.0 + LEAST)).abs() < 1e-4, "{}", rows[0][20]);
 }
