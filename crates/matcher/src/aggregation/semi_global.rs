@@ -240,25 +240,16 @@ impl<'a> PathAggregation<'a> {
 
     /// The aggregated costs of the answered rows, when all have come.
     pub(crate) fn aggregated(self) -> Aggregated<'a> {
-        let Self { level, columns, candidates, costs, path_costs, span, penalties, .. } = self;
-        let size = candidates * columns;
-        let mut path = Path::new(candidates, columns, penalties);
-        for (index, costs) in costs.chunks_exact(size).enumerate().rev() {
-            let from_below = path.step(level, costs);
-            if index < span.answered.len() {
-                let both = &mut path_costs[index * size..(index + 1) * size];
-                dispatch!(level, simd => add(simd, from_below, both));
+        let size = self.coming.len();
+        let mut path = Path::new(self.candidates, self.columns, self.penalties);
+        for (index, costs) in self.costs.chunks_exact(size).enumerate().rev() {
+            let from_below = path.step(self.level, costs);
+            if index < self.span.answered.len() {
+                let both = &mut self.path_costs[index * size..(index + 1) * size];
+                dispatch!(self.level, simd => add(simd, from_below, both));
             }
         }
-        Aggregated {
-            level,
-            count: penalties.count,
-            columns,
-            candidates,
-            first: span.answered.start,
-            costs,
-            path_costs,
-        }
+        Aggregated(self)
     }
 }
 
@@ -335,38 +326,31 @@ fn add<S: Simd>(_simd: S, values: &[u16], out: &mut [u16]) {
     }
 }
 
-/// Aggregated costs of some rows.
-pub(crate) struct Aggregated<'a> {
-    level: Level,
-    count: f32,
-    columns: usize,
-    candidates: usize,
-    first: usize,
-    costs: &'a [u16],
-    path_costs: &'a [u16],
-}
+/// Aggregated costs of the answered rows.
+pub(crate) struct Aggregated<'a>(PathAggregation<'a>);
 
 impl Aggregated<'_> {
     /// The rows.
     pub(crate) fn rows(&self) -> Range<usize> {
-        self.first..self.first + self.path_costs.len() / (self.candidates * self.columns)
+        self.0.span.answered.clone()
     }
 
     fn place(&self, y: usize, k: usize, x: usize) -> usize {
-        ((y - self.first) * self.candidates + k) * self.columns + x
+        ((y - self.0.span.answered.start) * self.0.candidates + k) * self.0.columns + x
     }
 
     /// Aggregated costs of row `y` under candidate `k`, from column `first` on; NaN where unknown.
     pub(crate) fn copy(&self, y: usize, k: usize, first: usize, out: &mut [f32]) {
         let place = self.place(y, k, first);
         let places = place..place + out.len();
-        let (costs, path_costs) = (&self.costs[places.clone()], &self.path_costs[places]);
-        dispatch!(self.level, simd => to_costs(simd, costs, path_costs, self.count, out));
+        let (costs, path_costs) = (&self.0.costs[places.clone()], &self.0.path_costs[places]);
+        let count = self.0.penalties.count;
+        dispatch!(self.0.level, simd => to_costs(simd, costs, path_costs, count, out));
     }
 
     /// The candidate's own cost, which must be known; as much as can be held if it is larger.
     pub(crate) fn own(&self, y: usize, k: usize, x: usize) -> f32 {
-        f32::from(self.costs[self.place(y, k, x)]) * self.count
+        f32::from(self.0.costs[self.place(y, k, x)]) * self.0.penalties.count
     }
 }
 

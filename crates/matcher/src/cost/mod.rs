@@ -1,7 +1,7 @@
 //! Matching cost: how badly the samples along a line agree.
 //!
-//! The exhaustive cost of a candidate comes from the samples of all frames (`exhaustive`), as in the paper. The
-//! factorised one makes most of the sums once for many candidates (`factorised`).
+//! The exhaustive cost of a candidate comes from the samples of all frames (`exhaustive`), as in the paper.
+//! The factorised one makes most of the sums once for many candidates (`factorised`).
 
 pub(crate) mod changing_light;
 pub(crate) mod contrast;

@@ -1,9 +1,9 @@
 //! The quality of a disparity map: against truth, against frames left out of the match, or against another
 //! match.
 //!
-//! Two matches that should agree need neither truth nor intensities. [`split_half`] measures how large the errors
-//! by noise are, [`both_ways`] how many answers are wrong or belong to occluded points. Neither sees an error that
-//! both matches share, such as that of a wrong tau.
+//! Two matches that should agree need neither truth nor intensities. [`split_half`] measures how large the
+//! errors by noise are, [`both_ways`] how many answers are wrong or belong to occluded points. Neither sees
+//! an error that both matches share, such as that of a wrong tau.
 
 mod both_ways;
 mod halves;

@@ -76,7 +76,8 @@ pub(super) struct Drift {
 /// middle of a square.
 type Field = [f64; 6];
 
-/// Takes the drift of the light off the observations around `guess`. `slants` are those of the surface, where they are known.
+/// Takes the drift of the light off the observations around `guess`. `slants` are those of the surface, where
+/// they are known.
 pub(super) fn take_off_light(
     observations: &mut ObservationMaps,
     template: &Template,

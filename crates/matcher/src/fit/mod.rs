@@ -145,7 +145,7 @@ pub(crate) fn fit(
     let guess = Guess { map: &current, origin: steps.origin };
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
     let Fused { disparity: found, variance, texture, light } =
-        fused(steps.level, maps, template, guess, options, least_texture);
+        fused(steps.level, maps, template, guess, options.steps > 0, options.sizes, least_texture);
     let amplitudes = Amplitudes::of(&sums);
     let significant = amplitudes.as_ref().filter(|amplitudes| amplitudes.are_significant());
     let locking_px = significant.map(|amplitudes| {

@@ -20,7 +20,8 @@ pub(crate) fn winners(costs: &CostTable) -> Vec<Option<u16>> {
     winners
 }
 
-/// Confidence of the chosen candidate of each column against its rivals: the candidates at least `separation` away.
+/// Confidence of the chosen candidate of each column against its rivals: the candidates at least `separation`
+/// away.
 pub(crate) fn confidences(costs: &CostTable, chosen: &[u16], separation: usize, resolution: f32) -> Vec<f32> {
     let mut rivals = vec![f32::INFINITY; costs.columns()];
     for k in 0..costs.candidates() {
@@ -30,8 +31,8 @@ pub(crate) fn confidences(costs: &CostTable, chosen: &[u16], separation: usize, 
     rivals.iter().enumerate().map(of_column).collect()
 }
 
-/// `least = min(least, values)` where candidate `k` lies at least `separation` from the chosen one; unknown values
-/// are no rivals.
+/// `least = min(least, values)` where candidate `k` lies at least `separation` from the chosen one; unknown
+/// values are no rivals.
 #[inline(always)]
 fn keep_rivals(values: &[f32], chosen: &[u16], k: i32, separation: i32, least: &mut [f32]) {
     let count = values.len();
@@ -60,8 +61,8 @@ pub(crate) fn parabola_vertex(costs: &CostTable, k: usize, x: usize) -> f64 {
     vertex([costs.at(k - 1, x), costs.at(k, x), costs.at(k + 1, x)])
 }
 
-/// The vertex of the parabola through three costs: less than half a candidate from the middle one, so that the
-/// order of a mapping survives. Zero beside unknown costs and off minima.
+/// The vertex of the parabola through three costs: less than half a candidate from the middle one, so that
+/// the order of a mapping survives. Zero beside unknown costs and off minima.
 pub(super) fn vertex(costs: [f32; 3]) -> f64 {
     let [before, here, after] = costs.map(f64::from);
     let curvature = before - 2.0 * here + after;

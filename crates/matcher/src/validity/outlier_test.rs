@@ -29,8 +29,8 @@ pub(crate) struct TestedRow<'a> {
 }
 
 impl TestedRow<'_> {
-    /// Says which pixels are outliers, where frames that agree deviate by no more than `deviation_share` of the
-    /// contrast.
+    /// Says which pixels are outliers, where frames that agree deviate by no more than `deviation_share` of
+    /// the contrast.
     pub(crate) fn find_outliers(&self, deviation_share: f32, outliers: &mut [bool]) {
         for (x, (contrast, outlier)) in contrast(self.intensities).zip(outliers).enumerate() {
             let agreeing = deviation_share * contrast;

@@ -14,8 +14,8 @@ const RIM_PIXELS: usize = 3;
 /// px.
 const RIM_REACH_PX: f32 = 2.0;
 
-/// First and last tau' at which the point at column `x` lies in images `columns` wide and, if that is known, is
-/// `visible`; the first beyond the last if never.
+/// First and last tau' at which the point at column `x` lies in images `columns` wide and, if that is known,
+/// is `visible`; the first beyond the last if never.
 ///
 /// The spline is mirrored at the borders, so within a pixel of them its gradient is not that of the scene.
 pub(crate) fn seen_interval(

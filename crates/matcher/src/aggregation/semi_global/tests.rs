@@ -26,7 +26,7 @@ fn aggregated(costs: &Table, answered: Range<usize>, penalties: Penalties) -> Ag
 }
 
 fn row(aggregated: &Aggregated<'_>, y: usize, k: usize) -> Vec<f32> {
-    let mut out = vec![0.0; aggregated.columns];
+    let mut out = vec![0.0; aggregated.0.columns];
     aggregated.copy(y, k, 0, &mut out);
     out
 }

@@ -154,8 +154,8 @@ impl<'a> Correlation<'a> {
         self.model_windows = (0..self.totals.len()).map(windows).collect();
     }
 
-    /// Sums over the windows around the pixels of an answered row, which cover the `wide` columns: of these rows,
-    /// their squares and their products with the model.
+    /// Sums over the windows around the pixels of an answered row, which cover the `wide` columns: of these
+    /// rows, their squares and their products with the model.
     fn windows(&self, index: usize, rows: &[Vec<f32>], wide: Range<usize>) -> [Vec<f32>; 3] {
         let mut vertical: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; wide.len()]);
         for row in self.band.window_rows(index) {

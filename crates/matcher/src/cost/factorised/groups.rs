@@ -48,8 +48,8 @@ impl Groups {
 
     /// Neighbouring candidates that are made of the same sums.
     pub(crate) fn block(&self, candidates: &Candidates) -> usize {
-        // At the ends of a block and of a group the misalignment is largest: half of the one times half of the
-        // other.
+        // At the ends of a block and of a group the misalignment is largest: half of the one times half of
+        // the other.
         let span = 4.0 * MISALIGNMENT_PX / self.extent;
         ((span / candidates.disparity_step_px()).min(candidates.count() as f64) as usize).max(1)
     }

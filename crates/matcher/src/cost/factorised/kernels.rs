@@ -41,8 +41,8 @@ pub(crate) fn group_sums(
     in_chunks(columns, [mean, spread], |x| group_chunk(epi, frames.clone(), shifts, &anchor[x..], x));
 }
 
-/// Fills `out` at `columns` chunk by chunk, as `chunk` has them from a column on; what a chunk holds beyond the
-/// last column is dropped.
+/// Fills `out` at `columns` chunk by chunk, as `chunk` has them from a column on; what a chunk holds beyond
+/// the last column is dropped.
 #[inline(always)]
 fn in_chunks<const N: usize>(
     columns: Range<usize>,

@@ -30,7 +30,6 @@ mod texture;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::Fit;
 use super::foreshortening::take_off_drift;
 use super::light::{Drift, take_off_light};
 use super::padded::{PAD, Padded};
@@ -133,19 +132,20 @@ pub(super) fn rough_surface(
     surface(level, &Observed::of(observations, guess), model).disparity
 }
 
-/// Fuses the `observations` around `guess`. The effect of the blur is taken off them first, unless
-/// the guesses are those of the search (no steps): their steps are no slants. Pixels whose mean precision is less than `least_texture`, in 1/px^2, show no more
-/// texture than noise does.
+/// Fuses the `observations` around `guess`. The effect of the blur is taken off them first, unless the
+/// guesses are those of the search (not `guess_is_fitted`): their steps are no slants. Pixels whose mean precision is less
+/// than `least_texture`, in 1/px^2, show no more texture than noise does.
 pub(super) fn fused(
     level: Level,
     mut observations: ObservationMaps,
     template: Template,
     guess: Guess<'_>,
-    Fit { sizes, steps, .. }: Fit,
+    guess_is_fitted: bool,
+    sizes: Sizes,
     least_texture: f32,
 ) -> Fused {
     let mut blur = EXPECTED_BLUR;
-    let slants = (steps > 0).then(|| SurfacePlanes::of_surface(guess, OneSurface::FINE.slant));
+    let slants = guess_is_fitted.then(|| SurfacePlanes::of_surface(guess, OneSurface::FINE.slant));
     let light = take_off_light(&mut observations, &template, guess, slants.as_ref());
     if let Some(slants) = slants {
         let found = take_off_drift(&mut observations, &template, &slants);

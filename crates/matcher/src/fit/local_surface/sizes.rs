@@ -47,8 +47,9 @@ const LEAST_SHARE: f64 = 0.02;
 /// A single prediction counts no less than this logarithm: it may be an outlier.
 const LEAST_SCORE: f32 = -12.0;
 
-/// Takes `larger`, the surface by larger discs, into `surface`, as far as it predicts better.
-/// Its discs are large ones of the map that has been halved so often. `pixels` is the number of pixels of the smaller discs.
+/// Takes `larger`, the surface by larger discs, into `surface`, as far as it predicts better. Its discs are
+/// large ones of the map that has been halved so often. `pixels` is the number of pixels of the smaller
+/// discs.
 pub(super) fn take_larger(
     level: Level,
     observed: &Observed,

@@ -117,8 +117,8 @@ pub(super) fn step(
     }
 }
 
-/// `out[i]` = the least of `values` at i and at one, two and three times `separation` beyond it, as far as they
-/// exist.
+/// `out[i]` = the least of `values` at i and at one, two and three times `separation` beyond it, as far as
+/// they exist.
 #[inline(always)]
 fn four(values: &[f32], separation: usize, out: &mut [f32]) {
     let count = values.len().saturating_sub(3 * separation);
