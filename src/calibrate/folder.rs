@@ -10,7 +10,7 @@ use epirig_core::grid::{Grid, MOST_PIXELS};
 use epirig_data::formats::MapFormat;
 use epirig_data::sequence::{Sequence, lock};
 use epirig_data::storage::{
-    Disk, ReadError, RealDisk, RecordError, Scratch, Step, is_in_the_making, is_own_folder, is_there,
+    Disk, ReadError, RealDisk, RecordError, Scratch, Step, hash, is_in_the_making, is_own_folder, is_there,
     read_inside, read_record, write_whole,
 };
 
@@ -138,10 +138,6 @@ impl CalibrationFolder {
         };
         Ok(finish().err())
     }
-}
-
-fn hash(bytes: &[u8]) -> String {
-    blake3::hash(bytes).to_hex().to_string()
 }
 
 /// Usual name of a map.

@@ -66,7 +66,7 @@ impl Calibration {
         let unsigned = Self { blake3: String::new(), ..self.clone() };
         // Numbers and text always serialise as JSON.
         let text = serde_json::to_vec(&unsigned).unwrap_or_default();
-        blake3::hash(&text).to_hex().to_string()
+        epirig_data::storage::hash(&text)
     }
 }
 

@@ -10,9 +10,9 @@ use serde::Deserialize;
 use super::kind::ResultsKind;
 use super::maps::{Look, MapRow, ResultMap};
 use super::read::{LARGEST_MAP, decoded, grey, parsed, record_bytes, summary_in};
-use super::{MatchSummary, ResultsError, hash};
+use super::{MatchSummary, ResultsError};
 use epirig_core::grid::Grid;
-use epirig_data::storage::{is_there, read_inside};
+use epirig_data::storage::{hash, is_there, read_inside};
 
 /// Bytes of the largest file: a few times the largest map.
 const LARGEST_FILE: u64 = 4 * LARGEST_MAP;

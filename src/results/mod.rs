@@ -35,11 +35,6 @@ use epirig_matcher::{
 };
 use epirig_surface::Rectangle;
 
-/// Hash of the bytes of a file.
-fn hash(bytes: &[u8]) -> String {
-    blake3::hash(bytes).to_hex().to_string()
-}
-
 /// Pixel locking over many frames, as in [`epirig_matcher::PixelLocking`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LockingSummary {

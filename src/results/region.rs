@@ -9,7 +9,7 @@ use epirig_core::fault::{Blame, Fault};
 use epirig_core::frame::Samples;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{ImageFault, LARGEST_IMAGE, decode_grey, header};
-use epirig_data::storage::{ReadError, read_named};
+use epirig_data::storage::{ReadError, hash, read_named};
 use epirig_surface::Rectangle;
 
 /// The part of a picture that a question is about; all of it by default.
@@ -163,7 +163,7 @@ pub fn parse_mask(bytes: &[u8], path: &Path, rows: usize, columns: usize) -> Res
     let size = || wrong(ImageFault::Damaged("its size contradicts its pixels".to_owned()));
     let inside = Grid::from_values(rows, columns, inside).ok_or_else(size)?;
     let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let facts = MaskFacts { file, blake3: super::hash(bytes), inside_px };
+    let facts = MaskFacts { file, blake3: hash(bytes), inside_px };
     Ok(Mask { inside, facts, conversion: decoded.conversion })
 }
 

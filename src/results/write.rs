@@ -11,10 +11,10 @@ use serde::Serialize;
 use super::place::check_target;
 use super::read::format_of;
 use super::writer::{Waiting, Writer, held};
-use super::{ResultsError, ResultsKind, hash};
+use super::{ResultsError, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
-use epirig_data::storage::{Disk, RealDisk, Scratch, put_in_place, recover};
+use epirig_data::storage::{Disk, RealDisk, Scratch, hash, put_in_place, recover};
 
 /// A picture as PNG, for the file `path`.
 ///

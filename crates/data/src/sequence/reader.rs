@@ -10,7 +10,7 @@ use super::record::{
 };
 use super::start_keys::StartKeys;
 use crate::storage::{
-    LARGEST_RECORD, is_there, parse_record, read_file, read_inside, read_record, record_of_kinds,
+    LARGEST_RECORD, hash, is_there, parse_record, read_file, read_inside, read_record, record_of_kinds,
 };
 use epirig_core::choice::Choice as _;
 use epirig_core::frame::Frame;
@@ -187,7 +187,7 @@ impl Sequence {
         let bytes = read_inside(&self.folder, &named.file, self.largest_file()).map_err(|error| {
             if error.is_missing() { SequenceError::MissingFrame(path.clone()) } else { error.into() }
         })?;
-        if blake3::hash(&bytes).to_hex().as_str() != named.blake3 {
+        if hash(&bytes) != named.blake3 {
             return Err(match self.is_as_described(named, &bytes) {
                 true => SequenceError::RecordAtFault {
                     path: self.folder.join(JOURNAL),

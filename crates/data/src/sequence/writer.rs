@@ -16,7 +16,7 @@ use super::record::{
     CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameKind,
     FrameRecord, Origin, SequenceRecord, StopRecord, TimesRecord,
 };
-use crate::storage::{Disk, HeldFolder, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
+use crate::storage::{Disk, HeldFolder, RealDisk, Scratch, hash, is_own_folder, put_in_place, write_whole};
 use epirig_core::choice::Choice as _;
 use epirig_core::frame::Frame;
 
@@ -221,7 +221,7 @@ impl SequenceWriter {
         let record = FrameRecord {
             index,
             file: kind.file(index),
-            blake3: blake3::hash(encoded).to_hex().to_string(),
+            blake3: hash(encoded),
             bytes: encoded.len() as u64,
             commanded_mm: facts.commanded_mm,
             reported_mm: facts.reported_mm,

@@ -31,7 +31,7 @@ pub use free::free_bytes;
 pub use held::{HeldFolder, if_there, is_same};
 pub use inside::read_inside;
 pub use lines::open_lines;
-pub use read::{ReadError, kind, open_file, read_file, read_named, read_text};
+pub use read::{ReadError, hash, kind, open_file, read_file, read_named, read_text};
 pub use record::{
     LARGEST_RECORD, RecordError, RecordFault, parse_record, read_record, record_in, record_of_kinds,
 };
