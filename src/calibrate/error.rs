@@ -187,10 +187,22 @@ pub enum CalibrateError {
     /// Positions cannot be measured from the texture.
     #[error("positions from the texture: {0}; use the given positions with --positions stage")]
     TextureMotion(#[source] TextureMotionError),
-    /// Frames whose texture does not connect them with the others, or that do not stand beyond the one before.
-    #[error("positions from the texture{found}; {cure} use the given positions with --positions stage")]
-    TextureOfFrames {
-        /// Those frames and what is wrong with them, in words.
+    /// The texture of some frames does not connect them with the others.
+    #[error(
+        "positions from the texture: {found} cannot be connected with the others, because they share too little texture, or it repeats; {cure} use the given positions with --positions stage"
+    )]
+    Apart {
+        /// These frames.
+        found: String,
+        /// What helps where the frames come from.
+        cure: &'static str,
+    },
+    /// Frames that do not stand beyond the one before.
+    #[error(
+        "positions from the texture must increase, but {found}; {cure} use the given positions with --positions stage"
+    )]
+    Returns {
+        /// These frames and where they stand, in words.
         found: String,
         /// What helps where the frames come from.
         cure: &'static str,
@@ -258,7 +270,8 @@ impl Fault for CalibrateError {
             | Self::ScaleContradicts { .. }
             | Self::Positions(_)
             | Self::TextureMotion(_)
-            | Self::TextureOfFrames { .. }
+            | Self::Apart { .. }
+            | Self::Returns { .. }
             | Self::Rectify(_) => Blame::Rejection,
         }
     }

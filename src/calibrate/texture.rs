@@ -142,18 +142,15 @@ fn refuse_returns(
         origin,
         "import the images in the order of the motion (--sort motion) or without those (--exclude), or",
     );
-    Err(CalibrateError::TextureOfFrames { found: format!(" must increase, but {returns}"), cure })
+    Err(CalibrateError::Returns { found: returns, cure })
 }
 
 /// Why nothing was measured, with the images named.
 fn unmeasured(error: TextureMotionError, origin: &Origin, name: &dyn Fn(usize) -> String) -> CalibrateError {
     let TextureMotionError::Apart { frames } = error else { return CalibrateError::TextureMotion(error) };
-    let found = format!(
-        ": {} cannot be connected with the others, because they share too little texture, or it repeats",
-        some_of(&frames, |&frame| name(frame))
-    );
+    let found = some_of(&frames, |&frame| name(frame));
     let cure = cure(origin, "import the images without those (--exclude), or");
-    CalibrateError::TextureOfFrames { found, cure }
+    CalibrateError::Apart { found, cure }
 }
 
 /// What helps: images can be imported in another way, other frames are what they are.

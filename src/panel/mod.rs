@@ -23,5 +23,5 @@ mod table;
 pub use error::PanelError;
 pub use live_map::{LiveMap, LiveMapMaker};
 pub use results::CurrentResults;
-pub use shared::PanelHooks;
-pub use site::{Panel, PanelCloser, PanelEnd, PanelOptions};
+pub use shared::{PanelHooks, PanelOptions};
+pub use site::{Panel, PanelCloser, PanelEnd};

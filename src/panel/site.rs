@@ -1,28 +1,13 @@
 //! The panel as a site: rig, scan and results under one roof.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, PoisonError, RwLock};
 use std::thread::JoinHandle;
 
 use super::error::PanelError;
 use super::results::CurrentResults;
 use super::rig::start;
-use super::shared::{PanelHooks, SharedState};
-use crate::profile::Draft;
-
-/// What a panel is made of.
-pub struct PanelOptions {
-    /// The profile of the rig.
-    pub draft: Draft,
-    /// What a person calls the rig.
-    pub source: String,
-    /// The file that the profile is saved to.
-    pub file: PathBuf,
-    /// The folder of the sequences.
-    pub folder: PathBuf,
-    /// What the program does beside it.
-    pub hooks: Box<dyn PanelHooks>,
-}
+use super::shared::{PanelOptions, SharedState};
 
 /// The panel of a rig: it owns stage and camera until it is [closed](PanelCloser).
 pub struct Panel {

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod compare;
+mod error;
 mod geometry;
 mod halves;
 mod inspect;
@@ -16,29 +17,23 @@ mod summary;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use thiserror::Error;
 use tracing::{info, info_span};
 
 pub use calibration::calibrate_sequence;
 
-use crate::calibrate::{CalibrateError, Calibration, load_calibrated};
-use crate::report::{
-    FigureRow, MapPicture, Millimetres, ReportError, ValueRange, Window, class_picture, paper_figures,
-};
-use crate::results::{
-    MatchSummary, Region, ResultMap, ResultsError, ResultsFolder, ResultsMismatch, class_of, names,
-};
+use crate::calibrate::{Calibration, load_calibrated};
+use crate::report::{FigureRow, MapPicture, Millimetres, ValueRange, Window, class_picture, paper_figures};
+use crate::results::{MatchSummary, Region, ResultMap, ResultsFolder, class_of, names};
 use epirig_calibration::photometry::Maps;
-use epirig_core::fault::{Blame, Fault};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
-use epirig_data::sequence::{Sequence, SequenceError, load_volume};
-use epirig_matcher::evaluate::SplitHalfError;
-use epirig_matcher::{DisparityMaps, EpiLines, MatchError, MatchOptions, Matcher, Validity};
-use epirig_surface::{Heights, SurfaceError, heights};
+use epirig_data::sequence::{Sequence, load_volume};
+use epirig_matcher::{DisparityMaps, EpiLines, MatchOptions, Matcher, Validity};
+use epirig_surface::{Heights, heights};
 
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
+pub use error::PipelineError;
 pub use geometry::geometry;
 pub use halves::{half_frames, half_heights};
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
@@ -52,53 +47,6 @@ pub use points::surface_points;
 pub use rectified::rectify_sequence;
 pub use reported::{MeasuredSurface, inspect_surface};
 use summary::summarise;
-
-/// Errors of calibration, matching and results.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum PipelineError {
-    /// The sequence cannot be read.
-    #[error(transparent)]
-    Sequence(#[from] SequenceError),
-    /// The calibration fails, or does not match the sequence.
-    #[error(transparent)]
-    Calibrate(#[from] CalibrateError),
-    /// It cannot be matched.
-    #[error(transparent)]
-    Match(#[from] MatchError),
-    /// Its halves cannot be matched.
-    #[error(transparent)]
-    Halves(#[from] SplitHalfError),
-    /// The results cannot be written or read.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// The results do not fit their sequence.
-    #[error(transparent)]
-    Mismatch(#[from] ResultsMismatch),
-    /// The sequence has no such frame.
-    #[error("the sequence has no frame {0}; run `epirig verify` on it")]
-    NoSuchFrame(usize),
-    /// A picture cannot be drawn.
-    #[error(transparent)]
-    Report(#[from] ReportError),
-    /// The surface cannot be analysed.
-    #[error(transparent)]
-    Surface(#[from] SurfaceError),
-}
-
-impl Fault for PipelineError {
-    fn blame(&self) -> Blame {
-        match self {
-            Self::Sequence(error) => error.blame(),
-            Self::Calibrate(error) => error.blame(),
-            Self::Match(error) | Self::Halves(SplitHalfError::Match(error)) => error.blame(),
-            Self::Results(error) => error.blame(),
-            Self::Report(error) => error.blame(),
-            Self::Surface(error) => error.blame(),
-            Self::Halves(_) | Self::Mismatch(_) | Self::NoSuchFrame { .. } => Blame::Data,
-        }
-    }
-}
 
 /// Results of a measurement.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 //! A frame as the matcher saw it, to be shown beside maps.
 
-use super::PipelineError;
+use super::error::PipelineError;
 use crate::calibrate::{CalibrateError, Calibration, rectifier};
 use epirig_calibration::photometry::Maps;
 use epirig_calibration::rectification::Rectifier;

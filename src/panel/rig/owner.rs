@@ -196,8 +196,8 @@ mod tests {
     use std::path::PathBuf;
 
     use super::*;
+    use crate::panel::shared::PanelOptions;
     use crate::panel::shared::{OrderReply, PanelHooks};
-    use crate::panel::site::PanelOptions;
     use crate::profile::Draft;
 
     struct NoHooks;

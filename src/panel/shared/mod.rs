@@ -11,8 +11,8 @@ mod state_feed;
 
 pub(in crate::panel) use coverage::{COLUMNS, ROWS};
 pub(in crate::panel) use orders::{Order, OrderReply};
-pub use panel_state::PanelHooks;
 pub(in crate::panel) use panel_state::SharedState;
+pub use panel_state::{PanelHooks, PanelOptions};
 pub(in crate::panel) use picture_feed::PictureFeed;
 #[cfg(test)]
 pub(in crate::panel) use picture_feed::{PictureHead, PictureWish};

@@ -12,7 +12,6 @@ use super::orders::Order;
 use super::pictures::Pictures;
 use crate::capture::PauseSwitch;
 use crate::panel::live_map::LiveMap;
-use crate::panel::site::PanelOptions;
 use crate::panel::state::{LogKind, RigState, ScanState, Task, TaskKind};
 use crate::profile::Draft;
 use epirig_core::frame::Frame;
@@ -27,6 +26,20 @@ pub trait PanelHooks: Send + Sync {
 
     /// A scan into this folder begins now, or is resumed.
     fn scan_begins(&self, _folder: &Path, _resumed: bool) {}
+}
+
+/// What a panel is made of.
+pub struct PanelOptions {
+    /// The profile of the rig.
+    pub draft: Draft,
+    /// What a person calls the rig.
+    pub source: String,
+    /// The file that the profile is saved to.
+    pub file: PathBuf,
+    /// The folder of the sequences.
+    pub folder: PathBuf,
+    /// What the program does beside it.
+    pub hooks: Box<dyn PanelHooks>,
 }
 
 /// All that changes while a panel runs, but for the pictures.

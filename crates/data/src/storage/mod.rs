@@ -36,6 +36,6 @@ pub use record::{
     LARGEST_RECORD, RecordError, RecordFault, parse_record, read_record, record_in, record_of_kinds,
 };
 pub use replace::{put_in_place, recover};
-pub use scratch::{Scratch, is_scratch, is_writing, parent};
+pub use scratch::{Scratch, abandon, is_scratch, is_writing, parent};
 pub use scratch_file::ScratchFile;
-pub use step::{Step, abandon};
+pub use step::Step;

@@ -4,8 +4,9 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-use super::step::Step;
+use super::step::{Step, close};
 
 /// How names of scratch folders begin.
 const PREFIX: &str = ".epirig-";
@@ -60,15 +61,6 @@ impl Scratch {
     pub fn path(&self) -> &Path {
         &self.path
     }
-
-    /// Removes the scratch folders of all threads: for a program that was told to end now and runs no
-    /// destructors.
-    pub(super) fn remove_all() {
-        for folder in existing().drain(..) {
-            // The program ends: the error has no reader.
-            let _ = fs::remove_dir_all(folder);
-        }
-    }
 }
 
 impl Drop for Scratch {
@@ -78,6 +70,21 @@ impl Drop for Scratch {
         let _ = fs::remove_dir_all(&self.path);
         existing().retain(|folder| *folder != self.path);
     }
+}
+
+/// For a program that ends now, and runs no destructors: lets no further step of the disk begin, waits for those under
+/// way, and removes the scratch folders of all threads. Other threads that want to write wait from now on.
+///
+/// `false`: after `patience` the disk had not answered, and everything was left as it is.
+pub fn abandon(patience: Duration) -> bool {
+    let quiet = close(patience);
+    if quiet {
+        for folder in existing().drain(..) {
+            // The program ends: the error has no reader.
+            let _ = fs::remove_dir_all(folder);
+        }
+    }
+    quiet
 }
 
 /// Whether a file's name is that of a scratch folder.

@@ -5,8 +5,6 @@ use std::marker::PhantomData;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::Scratch;
-
 /// Whether steps may begin, and how many threads are in one.
 struct State {
     closed: bool,
@@ -55,21 +53,12 @@ impl Drop for Step {
     }
 }
 
-/// For a program that ends now: lets no further step begin, waits for those under way, and removes all
-/// scratch folders. Other threads that want to write wait from now on.
-///
-/// `false`: after `patience` the disk had not answered, and everything was left as it is.
-pub fn abandon(patience: Duration) -> bool {
+/// Lets no further step begin, and waits for those under way. `false`: after `patience` one is still under way.
+pub(super) fn close(patience: Duration) -> bool {
     let mut state = state();
     state.closed = true;
     let waited = CHANGED.wait_timeout_while(state, patience, |state| state.steps > 0);
-    let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
-    let quiet = state.steps == 0;
-    drop(state);
-    if quiet {
-        Scratch::remove_all();
-    }
-    quiet
+    waited.unwrap_or_else(PoisonError::into_inner).0.steps == 0
 }
 
 fn state() -> MutexGuard<'static, State> {

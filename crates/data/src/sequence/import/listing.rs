@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::super::error::SequenceError;
 use super::super::pixels::{TELLING_BYTES, foreign_format, foreign_name, is_image_name};
 use super::numbering::refuse_foreign;
-use super::order::{SortOrder, by_name, natural_order, sort};
+use super::order::{SortOrder, by_name, name, natural_order, sort};
 use crate::storage::kind;
 
 /// Images in their order.
@@ -149,11 +149,6 @@ fn matches(argument: &Path, pattern: &str) -> Result<Vec<PathBuf>, SequenceError
     images.iter().try_for_each(|image| refuse_foreign_file(image))?;
     images.sort_by(|a, b| by_name(a, b));
     Ok(images)
-}
-
-/// The last part of a path.
-pub(super) fn name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 #[cfg(test)]

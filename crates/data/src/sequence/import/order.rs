@@ -7,7 +7,6 @@ use std::time::SystemTime;
 
 use super::super::error::SequenceError;
 use super::super::pixels::{LARGEST_IMAGE, time_taken};
-use super::listing::name;
 use crate::storage::read_file;
 
 epirig_core::choices! {
@@ -22,6 +21,11 @@ epirig_core::choices! {
         /// As given; those of one folder or pattern by file names.
         Given = "given",
     }
+}
+
+/// The last part of a path.
+pub(super) fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Sorts images that are in natural order within each argument. By times, gives the number of those that do not
