@@ -14,7 +14,8 @@ pub struct CapturePlan {
     pub positions_mm: Vec<f64>,
     /// Settings of the camera.
     pub camera: CameraSettings,
-    /// The profile's section: settling, averaging, and the frames before the scan.
+    /// The profile's section: settling, averaging, and the frames before the scan. Its start, step and number of frames
+    /// are not used: `positions_mm` has the positions.
     pub section: PlanProfile,
     /// Limits of the scan.
     pub limits: LimitsProfile,

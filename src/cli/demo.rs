@@ -10,7 +10,7 @@ use super::evaluate::table;
 use super::matching::describe;
 use super::need::{close_others, refuse_more_than_there_is};
 use super::rig::given;
-use super::run::{examine_shortly, measure_frames};
+use super::run::{Existing, examine_shortly, measure_frames};
 use super::scan::{Course, Devices, scan};
 use super::surface::measure_surface;
 use super::{CliError, Talk};
@@ -100,7 +100,7 @@ impl Demo {
         scan(devices, &out, Course::New, talk)?;
         let options = MatchOptions { reference: ReferenceFrame::Index(reference), ..MatchOptions::default() };
         let (measurement, results) =
-            measure_frames(&profile, (&options, false), &out, Some(&truth.disparity), talk)?;
+            measure_frames(&profile, (&options, Existing::Refused), &out, Some(&truth.disparity), talk)?;
         write_truth(&out.join("truth"), &truth)?;
         write_comparison(&results, &measurement, &truth, simulator.config().scene.distance_mm())?;
         results.commit()?;

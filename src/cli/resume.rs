@@ -7,7 +7,7 @@ use clap::Args;
 use super::match_arguments::MatchArguments;
 use super::need::{check_match, frames_of};
 use super::rig::{given, given_by_set};
-use super::run::measure_captured;
+use super::run::{Existing, measure_captured};
 use super::scan::{Course, Devices, check_room, scan};
 use super::verify::refuse_another_rig;
 use super::{CliError, Talk};
@@ -80,7 +80,13 @@ impl Resume {
         let captured = scan(devices, &self.sequence, Course::Resumed, talk)?;
         if self.measure {
             // A calibration and results that exist are those of fewer frames.
-            return measure_captured(&captured, &self.sequence, &profile, (&options, true), talk);
+            return measure_captured(
+                &captured,
+                &self.sequence,
+                &profile,
+                (&options, Existing::Replaced),
+                talk,
+            );
         }
         talk.result(&captured, || {
             format!("{}{}", captured.describe(), captured.next(&self.sequence, &profile))

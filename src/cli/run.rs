@@ -84,7 +84,7 @@ impl Run {
         check_match(held, &options, talk)?;
         let captured = scan(devices, &self.out, Course::New, talk)
             .inspect_err(|error| tell_how_to_go_on(error, &self.out, &self.matching, talk))?;
-        measure_captured(&captured, &self.out, &profile, (&options, false), talk)
+        measure_captured(&captured, &self.out, &profile, (&options, Existing::Refused), talk)
     }
 }
 
@@ -97,16 +97,22 @@ fn tell_how_to_go_on(error: &CliError, folder: &Path, matching: &MatchArguments,
     }
 }
 
-/// Measures the sequence in `folder`, which was captured, and prints the results. With `overwrite`, a
-/// calibration and results that exist are replaced.
+/// What becomes of a calibration and results that exist.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Existing {
+    Refused,
+    Replaced,
+}
+
+/// Measures the sequence in `folder`, which was captured, and prints the results.
 pub(super) fn measure_captured(
     captured: &Captured,
     folder: &Path,
     profile: &Profile,
-    (options, overwrite): (&MatchOptions, bool),
+    (options, existing): (&MatchOptions, Existing),
     talk: &Talk,
 ) -> Result<(), CliError> {
-    let (measurement, results) = measure_frames(profile, (options, overwrite), folder, None, talk)?;
+    let (measurement, results) = measure_frames(profile, (options, existing), folder, None, talk)?;
     results.commit()?;
     let sequence = Sequence::open(folder)?;
     let calibration = read_calibration(&sequence)?;
@@ -146,12 +152,12 @@ pub(super) fn examine_shortly(
 /// drawn beside the disparity and used for nothing else. The results are not yet moved into place.
 pub(super) fn measure_frames(
     profile: &Profile,
-    (options, overwrite): (&MatchOptions, bool),
+    (options, existing): (&MatchOptions, Existing),
     folder: &Path,
     truth: Option<&Grid<f32>>,
     talk: &Talk,
 ) -> Result<(Measurement, ResultsFolder), CliError> {
-    let sequence = Sequence::open(folder)?;
+    let (sequence, overwrite) = (Sequence::open(folder)?, existing == Existing::Replaced);
     let calibration = if can_be_calibrated(profile) {
         let record = sequence.record();
         let plan = calibration_plan(profile, record.columns, record.rows);

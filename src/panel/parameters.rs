@@ -26,3 +26,39 @@ pub(super) fn read<T: DeserializeOwned>(
         Refusal::new(RefusalKind::Wrong, words)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    enum Kind {
+        Raw,
+        Rectified,
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    struct Asked {
+        level: u32,
+        kind: Kind,
+        frame: Option<usize>,
+    }
+
+    #[test]
+    fn what_cannot_be_used_is_named() {
+        let ask = |text: &str| read::<Asked>(&[("level", "3".to_owned())], &Query::parse(text));
+        let whole = Asked { level: 3, kind: Kind::Rectified, frame: Some(7) };
+        assert_eq!(ask("frame=7&kind=rectified"), Ok(whole));
+        assert_eq!(ask("kind=raw&frame=").unwrap().frame, None);
+        for (text, words) in [
+            ("kind=raw&frame=x", "frame=\"x\" cannot be used"),
+            ("kind=blue", "unknown variant `blue`, expected `raw` or `rectified`"),
+            ("frame=7", "missing field `kind`"),
+        ] {
+            assert_eq!(ask(text).unwrap_err().message, words);
+        }
+    }
+}

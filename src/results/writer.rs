@@ -101,7 +101,7 @@ impl Files {
     }
 }
 
-/// What a thread that panicked left is whole.
+/// Locks `shared`; what a thread that panicked left behind is whole.
 pub(super) fn held<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

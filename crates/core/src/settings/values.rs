@@ -16,7 +16,7 @@ pub enum Setting {
     Number(f64),
     /// Text, or the name of a choice.
     Text(String),
-    /// A quantity as it was written; of [`Settings`] it is a number.
+    /// A quantity as it was written; [`Settings`] keep it as a number.
     Measure(Measure),
 }
 

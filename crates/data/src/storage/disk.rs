@@ -1,4 +1,4 @@
-//! The steps that the program does to a disk, one function each, so that each can be made to fail in a test.
+//! The steps that the program does to a disk, one value each, so that each can be made to fail in a test.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};

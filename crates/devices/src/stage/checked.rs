@@ -48,8 +48,16 @@ pub struct CheckedStage<A: ?Sized> {
     /// End of the last move, in mm from home.
     rest_mm: Option<f64>,
     home_shift_mm: Option<f64>,
-    /// Where a simulated camera sees the position, since when, and the time that it had seen before.
-    shown: Option<(StagePosition, Instant, Duration)>,
+    shown: Option<Shown>,
+}
+
+/// The position as a simulated camera sees it.
+#[derive(Debug)]
+struct Shown {
+    watch: StagePosition,
+    /// When it was shown first, and the time that the watch had then.
+    began: Instant,
+    before: Duration,
 }
 
 impl<A: Axis + ?Sized> CheckedStage<A> {
@@ -88,17 +96,17 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
     /// The same with its reported position shown to a simulated camera at `watch`, whose time continues. So a rig
     /// can be rehearsed without its camera; the frames do not show the true position of the carriage.
     pub fn shown_at(self, watch: StagePosition) -> Self {
-        let before = watch.elapsed();
-        Self { shown: Some((watch, Instant::now(), before)), ..self }
+        let shown = Shown { before: watch.elapsed(), began: Instant::now(), watch };
+        Self { shown: Some(shown), ..self }
     }
 
     /// Shows the position, if it is known.
     fn show(&mut self) -> Result<(), StageError> {
         if self.shown.is_some()
             && let Some(position_mm) = self.state()?.position_mm
-            && let Some((watch, began, before)) = &self.shown
+            && let Some(shown) = &self.shown
         {
-            watch.set(position_mm, *before + began.elapsed());
+            shown.watch.set(position_mm, shown.before + shown.began.elapsed());
         }
         Ok(())
     }

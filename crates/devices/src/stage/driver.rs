@@ -24,9 +24,9 @@ pub trait StageDriver: Sync {
     /// Its own keys of section `stage`, besides port, approach and tolerance.
     fn keys(&self) -> Vec<&'static Key>;
 
-    /// Whether it uses a line, and so has a [`decoder`](Self::decoder); else it is simulated in memory.
+    /// Whether it uses a line; else it is simulated in memory.
     fn has_line(&self) -> bool {
-        self.decoder().is_some()
+        true
     }
 
     /// Connects to the device and identifies it. `settings` are checked values of its [`keys`](Self::keys).

@@ -106,6 +106,7 @@ mod tests {
         for driver in drivers() {
             assert_eq!(Driver::named(driver.name()), Some(driver));
             assert_eq!(driver.simulated(FaultScript::default(), 1).is_some(), driver.has_line(), "{driver}");
+            assert_eq!(driver.decoder().is_some(), driver.has_line(), "{driver}");
             assert!(driver.keys().iter().all(|key| key.section == "stage"), "{driver}");
             assert!(driver.page().starts_with("# "), "{driver}: its page has no title");
         }

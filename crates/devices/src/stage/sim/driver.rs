@@ -71,6 +71,10 @@ impl StageDriver for Simulated {
         vec![&TRAVEL, &VELOCITY, &ACCELERATION, &POSITION_NOISE, &BACKLASH]
     }
 
+    fn has_line(&self) -> bool {
+        false
+    }
+
     fn connect(
         &self,
         connection: &mut Connection<'_>,

@@ -28,14 +28,23 @@ enum Kind {
 /// The kind without a move.
 const SWITCH_NEVER_CLOSES: &str = "switch-never-closes";
 
-/// The kinds with a move: name, and whether there is a time since the start of the move, and a duration.
-const OF_MOVES: [(Kind, &str, bool, bool); 6] = [
-    (Kind::NoMotion, "no-motion", false, false),
-    (Kind::Mute, "mute", false, true),
-    (Kind::Reset, "reset", true, false),
-    (Kind::OtherSettings, "settings", true, false),
-    (Kind::HangUp, "hang-up", true, true),
-    (Kind::LimitCloses, "limit", true, false),
+/// How a kind is written that needs a move.
+struct Form {
+    kind: Kind,
+    name: &'static str,
+    /// Whether there is a time since the start of the move.
+    has_start: bool,
+    /// Whether there is a duration.
+    has_duration: bool,
+}
+
+const FORMS: [Form; 6] = [
+    Form { kind: Kind::NoMotion, name: "no-motion", has_start: false, has_duration: false },
+    Form { kind: Kind::Mute, name: "mute", has_start: false, has_duration: true },
+    Form { kind: Kind::Reset, name: "reset", has_start: true, has_duration: false },
+    Form { kind: Kind::OtherSettings, name: "settings", has_start: true, has_duration: false },
+    Form { kind: Kind::HangUp, name: "hang-up", has_start: true, has_duration: true },
+    Form { kind: Kind::LimitCloses, name: "limit", has_start: true, has_duration: false },
 ];
 
 /// A fault.
@@ -51,8 +60,15 @@ struct DeviceFault {
 
 /// The faults of a device.
 ///
-/// As text: `switch-never-closes`, `no-motion@3`, `mute@3/2s`, `reset@3+0.2s`,
-/// `settings@3+0.2s`, `hang-up@3+0.2s/1s`, `limit@3+0.2s`, where 3 is the number of the move. Several faults are separated by commas.
+/// As text, separated by commas. Here 3 is the number of a move: moves count from 1, and homing does not count.
+///
+/// - `switch-never-closes`: no limit switch ever closes.
+/// - `no-motion@3`: from move 3 on the carriage stands still, unnoticed by the stage.
+/// - `mute@3/2s`: after move 3 all answers are lost for 2 s.
+/// - `reset@3+0.2s`: the stage restarts 0.2 s after the start of move 3.
+/// - `settings@3+0.2s`: the same, with another number of steps per mm.
+/// - `hang-up@3+0.2s/1s`: the cable is disconnected then, and connected again after 1 s.
+/// - `limit@3+0.2s`: a limit switch closes then, for a second.
 ///
 /// ```
 /// use epirig_devices::stage::simulator::FaultScript;
@@ -69,14 +85,14 @@ pub struct FaultScript {
 
 impl fmt::Display for DeviceFault {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some((_, name, after, lasting)) = OF_MOVES.iter().find(|(kind, ..)| *kind == self.kind) else {
+        let Some(form) = FORMS.iter().find(|form| form.kind == self.kind) else {
             return to.write_str(SWITCH_NEVER_CLOSES);
         };
-        write!(to, "{name}@{}", self.in_move)?;
-        if *after {
+        write!(to, "{}@{}", form.name, self.in_move)?;
+        if form.has_start {
             write!(to, "+{}s", self.after.as_secs_f64())?;
         }
-        if *lasting { write!(to, "/{}s", self.lasting.as_secs_f64()) } else { Ok(()) }
+        if form.has_duration { write!(to, "/{}s", self.lasting.as_secs_f64()) } else { Ok(()) }
     }
 }
 
@@ -117,11 +133,12 @@ fn parse_fault(text: &str) -> Result<DeviceFault, String> {
     let (rest, lasting) = rest.split_once('/').map_or((rest, None), |(rest, time)| (rest, Some(time)));
     let (number, after) = rest.split_once('+').map_or((rest, None), |(number, time)| (number, Some(time)));
     let in_move: u32 = number.parse().ok().filter(|number| *number > 0).ok_or_else(wrong)?;
-    let is_it =
-        |of: &&(Kind, &str, bool, bool)| (of.1, of.2, of.3) == (name, after.is_some(), lasting.is_some());
-    let (kind, ..) = OF_MOVES.iter().find(is_it).ok_or_else(wrong)?;
+    let form = FORMS.iter().find(|form| {
+        form.name == name && form.has_start == after.is_some() && form.has_duration == lasting.is_some()
+    });
+    let kind = form.ok_or_else(wrong)?.kind;
     let time = |text: Option<&str>| text.map_or(Some(none), seconds).ok_or_else(wrong);
-    Ok(DeviceFault { kind: *kind, in_move, after: time(after)?, lasting: time(lasting)? })
+    Ok(DeviceFault { kind, in_move, after: time(after)?, lasting: time(lasting)? })
 }
 
 /// State of a script during its run.
@@ -234,6 +251,12 @@ impl Troubles {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn all_faults_are_written_as_they_are_read() {
+        let text = "switch-never-closes,no-motion@3,mute@3/2s,reset@3+0.2s,settings@3+0.2s,hang-up@3+0.2s/1s,limit@3+0.2s";
+        assert_eq!(text.parse::<FaultScript>().unwrap().to_string(), text);
+    }
 
     #[test]
     fn what_is_no_fault_is_refused_with_the_list() {

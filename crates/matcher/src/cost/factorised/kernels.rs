@@ -38,22 +38,18 @@ pub(crate) fn group_sums(
     columns: Range<usize>,
     [mean, spread]: [&mut [f32]; 2],
 ) {
-    in_chunks(columns, [mean, spread], |x| group_chunk(epi, frames.clone(), shifts, &anchor[x..], x));
+    for x in columns.clone().step_by(CHUNK) {
+        let found = group_chunk(epi, frames.clone(), shifts, &anchor[x..], x);
+        put(found, [&mut mean[..], &mut spread[..]], x, columns.end);
+    }
 }
 
-/// Fills `out` at `columns` chunk by chunk, as `chunk` has them from a column on; what a chunk holds beyond
-/// the last column is dropped.
+/// Writes a chunk from column `x` on; what it holds from column `end` on is dropped.
 #[inline(always)]
-fn in_chunks<const N: usize>(
-    columns: Range<usize>,
-    mut out: [&mut [f32]; N],
-    chunk: impl Fn(usize) -> [[f32; CHUNK]; N],
-) {
-    for x in columns.clone().step_by(CHUNK) {
-        let count = CHUNK.min(columns.end - x);
-        for (out, values) in out.iter_mut().zip(chunk(x)) {
-            out[x..x + count].copy_from_slice(&values[..count]);
-        }
+fn put<const N: usize>(chunk: [[f32; CHUNK]; N], out: [&mut [f32]; N], x: usize, end: usize) {
+    let count = CHUNK.min(end - x);
+    for (out, values) in out.into_iter().zip(chunk) {
+        out[x..x + count].copy_from_slice(&values[..count]);
     }
 }
 
@@ -108,7 +104,9 @@ pub(crate) struct Terms<'a> {
 /// Variance of the frames along the candidate, unbiased; the least of those that the segment allows.
 #[inline(always)]
 pub(crate) fn variance(terms: Terms<'_>, segment: &Segment, out: &mut [f32]) {
-    in_chunks(segment.columns.clone(), [out], |x| [variance_chunk(terms, segment, x)]);
+    for x in segment.columns.clone().step_by(CHUNK) {
+        put([variance_chunk(terms, segment, x)], [&mut out[..]], x, segment.columns.end);
+    }
 }
 
 #[inline(always)]
@@ -185,7 +183,9 @@ fn lesser(a: f32, b: f32) -> f32 {
 /// So a frame in which the point is occluded costs the same, whatever occludes it.
 #[inline(always)]
 pub(crate) fn truncated(terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
-    in_chunks(segment.columns.clone(), [out], |x| [truncated_chunk(terms, segment, x, &limit[x..])]);
+    for x in segment.columns.clone().step_by(CHUNK) {
+        put([truncated_chunk(terms, segment, x, &limit[x..])], [&mut out[..]], x, segment.columns.end);
+    }
 }
 
 #[inline(always)]

@@ -213,6 +213,7 @@ impl VideoDevice for V4l2Device {
         if input.capabilities & sys::V4L2_IN_CAP_DV_TIMINGS == 0 {
             return Ok(());
         }
+        // These structures are packed: their fields are copied, in braces where they would be borrowed.
         match (self.node.dv_timings(), self.node.arriving_dv_timings()) {
             (Ok(set), Ok(arriving)) if !is_like(&set, &arriving) => lost(format!(
                 "a signal of {} x {} pixels at {:.2} MHz, but is set for {} x {} at {:.2} MHz",

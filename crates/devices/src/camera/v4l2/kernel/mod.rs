@@ -1,8 +1,8 @@
 //! The kernel's calls for video devices, which hold nearly all of the program's unsafe code.
 //!
-//! The interface of this folder is safe: plain values, and slices of buffers that the driver does not own at
-//! the moment. The structures and most call numbers come from crate `v4l`, generated from the kernel's
-//! header.
+//! The interface of this folder is safe: plain values, the kernel's structures, and slices of buffers that the
+//! driver does not own at the moment. The structures and most call numbers come from crate `v4l`, generated
+//! from the kernel's header.
 
 #![allow(
     unsafe_code,
