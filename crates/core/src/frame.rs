@@ -1,5 +1,7 @@
 //! One grey image as a sensor gave it.
 
+use std::fmt;
+
 use thiserror::Error;
 
 /// Intensities of a frame or a volume, in DN, in the narrowest type that holds them.
@@ -118,6 +120,23 @@ pub enum FrameError {
     },
 }
 
+/// Size and bit depth of frames; as text, "640 x 480 of 12 bit".
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FrameFormat {
+    /// Rows.
+    pub rows: usize,
+    /// Columns.
+    pub columns: usize,
+    /// Bits of a sample, 1 to 16.
+    pub bit_depth: u8,
+}
+
+impl fmt::Display for FrameFormat {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{} x {} of {} bit", self.columns, self.rows, self.bit_depth)
+    }
+}
+
 /// A grey image: rows x columns samples of `bit_depth` bits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
@@ -157,6 +176,11 @@ impl Frame {
     /// Number of columns.
     pub fn columns(&self) -> usize {
         self.columns
+    }
+
+    /// Size and bit depth.
+    pub fn format(&self) -> FrameFormat {
+        FrameFormat { rows: self.rows, columns: self.columns, bit_depth: self.bit_depth }
     }
 
     /// Bits of a sample, 1 to 16.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::frame::{Frame, Samples, full_scale};
+use crate::frame::{Frame, FrameFormat, Samples, full_scale};
 use crate::tau::Tau;
 pub use filling::Filling;
 use means::copy_means;
@@ -21,25 +21,14 @@ use means::copy_means;
 #[non_exhaustive]
 pub enum VolumeError {
     /// A frame of another size or bit depth than the volume.
-    #[error(
-        "frame {index} is {columns} x {rows} of {bit_depth} bit, the volume {expected_columns} x {expected_rows} of \
-         {expected_bit_depth} bit; all frames must be alike"
-    )]
+    #[error("frame {index} is {found}, the volume {expected}; all frames must be alike")]
     Unlike {
         /// Index of the frame, from 0.
         index: usize,
-        /// Its rows.
-        rows: usize,
-        /// Its columns.
-        columns: usize,
-        /// Its bit depth.
-        bit_depth: u8,
-        /// Rows of the volume.
-        expected_rows: usize,
-        /// Columns of the volume.
-        expected_columns: usize,
-        /// Bit depth of the volume.
-        expected_bit_depth: u8,
+        /// Its size and bit depth.
+        found: FrameFormat,
+        /// Those of the volume.
+        expected: FrameFormat,
     },
     /// There is no such frame in the volume.
     #[error("frame {index} lies outside the volume of {frames} frames")]

@@ -1,4 +1,4 @@
-//! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, verdict for each pixel.
+//! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, validity of each pixel.
 
 use tracing::{debug, debug_span};
 

@@ -17,9 +17,8 @@ epirig_core::choices! {
         Variance = "variance",
         /// Variance of locally normalised frames: for light that varies between frames and over the image.
         ///
-        /// Gains and offsets that change from frame to frame and slowly over the image do not count
-        /// (`cost::normalise`). Costs are in units of a 32nd of the local standard
-        /// deviation, squared.
+        /// Gains and offsets that change from frame to frame and slowly over the image do not count. Costs are
+        /// in units of a 32nd of the local standard deviation, squared.
         Normalised = "normalised",
         /// Correlation of windows with the reference frame's window.
         ///

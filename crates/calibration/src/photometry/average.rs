@@ -17,21 +17,12 @@ pub(super) struct Sums {
 pub(super) fn check_alike(what: &'static str, frames: &[Frame]) -> Result<(), PhotometryError> {
     let first = frames.first().ok_or(PhotometryError::NoFrames { what })?;
     for (index, frame) in frames.iter().enumerate() {
-        let (found, expected) = (format_of(frame), format_of(first));
+        let (found, expected) = (frame.format(), first.format());
         if found != expected {
             return Err(PhotometryError::Shapes { what, index, found, expected });
         }
     }
     Ok(())
-}
-
-fn format_of(frame: &Frame) -> String {
-    format_in_words((frame.rows(), frame.columns(), frame.bit_depth()))
-}
-
-/// Size and bit depth of frames, as errors name them.
-pub(crate) fn format_in_words((rows, columns, bit_depth): (usize, usize, u8)) -> String {
-    format!("{columns} x {rows} of {bit_depth} bit")
 }
 
 impl Sums {

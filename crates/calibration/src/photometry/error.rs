@@ -1,5 +1,6 @@
 //! Why dark and flat frames give no correction.
 
+use epirig_core::frame::FrameFormat;
 use thiserror::Error;
 
 /// An error of dark or flat frames, or of the record of a correction.
@@ -21,10 +22,10 @@ pub enum PhotometryError {
         what: &'static str,
         /// Index of the frame, from 0.
         index: usize,
-        /// Its columns x rows and bits.
-        found: String,
-        /// Size and format of the others.
-        expected: String,
+        /// Its size and bit depth.
+        found: FrameFormat,
+        /// Those of the others.
+        expected: FrameFormat,
     },
     /// Flat frames with too many samples at full scale.
     #[error(

@@ -21,7 +21,6 @@ mod record;
 mod tests;
 mod windows;
 
-pub(crate) use average::format_in_words;
 pub use cross_validation::{Trial, TrialModel};
 pub use dark::{DarkFrame, DarkModel, DarkRecord, dark_frame};
 pub use error::PhotometryError;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     DarkModel, DarkRecord, FlatField, FlatMethod, FlatModel, Outlier, PhotometryError, dark_frame, flat_field,
 };
-use epirig_core::frame::Frame;
+use epirig_core::frame::{Frame, FrameFormat};
 use epirig_core::grid::Grid;
 
 /// The corrections wanted.
@@ -106,11 +106,11 @@ impl Photometry {
         options: PhotometryOptions,
     ) -> Result<(Self, Maps), PhotometryError> {
         for (what, frames) in [("dark", dark), ("flat", flat)] {
-            let other = frames.iter().position(|frame| (frame.rows(), frame.columns()) != (rows, columns));
-            if let Some(index) = other {
-                let found = format!("{} x {}", frames[index].columns(), frames[index].rows());
-                let expected = format!("{columns} x {rows}");
-                return Err(PhotometryError::Shapes { what, index, found, expected });
+            for (index, found) in frames.iter().map(Frame::format).enumerate() {
+                let expected = FrameFormat { rows, columns, ..found };
+                if found != expected {
+                    return Err(PhotometryError::Shapes { what, index, found, expected });
+                }
             }
         }
         let dark_is_wanted = (options.dark || options.defective_pixels) && !dark.is_empty();

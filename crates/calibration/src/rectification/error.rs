@@ -1,5 +1,6 @@
 //! Why frames cannot be rectified.
 
+use epirig_core::frame::FrameFormat;
 use thiserror::Error;
 
 /// Why a mapping, a correction, frames and a volume do not go together.
@@ -78,10 +79,10 @@ pub enum RectifyError {
     Frame {
         /// Index of the frame in the volume.
         index: usize,
-        /// Its columns x rows and bits.
-        found: String,
-        /// Size of the raw frames, and bits of the volume.
-        expected: String,
+        /// Its size and bit depth.
+        found: FrameFormat,
+        /// The size of the raw frames, and the bit depth of the volume.
+        expected: FrameFormat,
     },
     /// The volume is not one that this mapping fills.
     #[error(

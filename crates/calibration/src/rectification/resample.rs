@@ -10,8 +10,8 @@ use super::correction::{Replaced, apply, prepared};
 use super::kernels::{self, LANES, Pixel, Taps};
 use super::spline::{HORIZON, filter_gain};
 use super::{Mapping, RectifyError};
-use crate::photometry::{Correction, format_in_words};
-use epirig_core::frame::{Frame, Samples};
+use crate::photometry::Correction;
+use epirig_core::frame::{Frame, FrameFormat, Samples};
 use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -161,11 +161,11 @@ impl Rectifier {
         if found != expected || !volume.is_fine() || needed > frames_there {
             return Err(RectifyError::Volume { frames: frames_there, found, needed, expected });
         }
-        let expected = (self.mapping.raw_rows, self.mapping.raw_columns, volume.bit_depth());
-        let mut found = frames.iter().map(|frame| (frame.rows(), frame.columns(), frame.bit_depth()));
-        let unlike = (first_index..).zip(&mut found).find(|(_, found)| *found != expected);
+        let (rows, columns) = (self.mapping.raw_rows, self.mapping.raw_columns);
+        let expected = FrameFormat { rows, columns, bit_depth: volume.bit_depth() };
+        let unlike =
+            (first_index..).zip(frames.iter().map(Frame::format)).find(|(_, found)| *found != expected);
         let Some((index, found)) = unlike else { return Ok(()) };
-        let [found, expected] = [found, expected].map(format_in_words);
         Err(RectifyError::Frame { index, found, expected })
     }
 

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::lens::{Distortion, Lens};
 use crate::photometry::Correction;
-use epirig_core::frame::{Frame, Samples};
+use epirig_core::frame::{Frame, FrameFormat, Samples};
 use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -268,7 +268,10 @@ fn what_does_not_go_together_is_refused() {
     ));
     let mut shallow = rectifier.volume(8, tau());
     let error = rectifier.insert(&mut shallow, 1, &[frame]);
-    let size = format!("{} x {}", mapping.raw_columns, mapping.raw_rows);
-    let (found, expected) = (format!("{size} of 12 bit"), format!("{size} of 8 bit"));
+    let [found, expected] = [12, 8].map(|bit_depth| FrameFormat {
+        rows: mapping.raw_rows,
+        columns: mapping.raw_columns,
+        bit_depth,
+    });
     assert_eq!(error, Err(RectifyError::Frame { index: 1, found, expected }));
 }

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::{Volume, VolumeError};
-use crate::frame::{Frame, Samples};
+use crate::frame::{Frame, FrameFormat, Samples};
 
 /// Rows that a thread writes while others wait for them: a few dozen pieces of work for each frame.
 const BAND_ROWS: usize = 32;
@@ -107,15 +107,9 @@ impl Filling<'_> {
             (Bands::U8(bands), Samples::U8(source)) if alike => scatter(bands, source, place),
             (Bands::U16(bands), Samples::U16(source)) if alike => scatter(bands, source, place),
             _ => {
-                return Err(VolumeError::Unlike {
-                    index,
-                    rows: frame.rows(),
-                    columns: frame.columns(),
-                    bit_depth: frame.bit_depth(),
-                    expected_rows: self.rows,
-                    expected_columns: self.columns,
-                    expected_bit_depth,
-                });
+                let expected =
+                    FrameFormat { rows: self.rows, columns: self.columns, bit_depth: expected_bit_depth };
+                return Err(VolumeError::Unlike { index, found: frame.format(), expected });
             }
         }
         Ok(())

@@ -143,8 +143,8 @@ impl Bands {
     /// The bands in their order, in groups that may be searched at once.
     pub(crate) fn groups(self) -> Vec<Vec<RowBand>> {
         let starts: Vec<usize> = (0..self.rows).step_by(self.band_rows).collect();
-        let span = |&y: &usize| RowBand::with_margins(y..(y + self.band_rows).min(self.rows), self.rows);
-        starts.chunks(self.at_once).map(|group| group.iter().map(span).collect()).collect()
+        let band = |&y: &usize| RowBand::with_margins(y..(y + self.band_rows).min(self.rows), self.rows);
+        starts.chunks(self.at_once).map(|group| group.iter().map(band).collect()).collect()
     }
 }
 
@@ -168,13 +168,13 @@ impl RowBand {
     }
 }
 
-/// Costs of the rows of a span, to be aggregated; rows come in their order.
+/// Costs of the rows of a band, to be aggregated; rows come in their order.
 pub(crate) struct PathAggregation<'a> {
     level: Level,
     penalties: Penalties,
     columns: usize,
     candidates: usize,
-    span: RowBand,
+    band: RowBand,
     /// Rows that have come.
     came: usize,
     /// Costs of the row that comes, in counts: candidates x columns.
@@ -189,25 +189,25 @@ pub(crate) struct PathAggregation<'a> {
 
 impl<'a> PathAggregation<'a> {
     pub(crate) fn new(
-        span: RowBand,
+        band: RowBand,
         candidates: usize,
         columns: usize,
         aggregation: Aggregation<'a>,
     ) -> Self {
         let Aggregation { penalties, room } = aggregation;
         let size = candidates * columns;
-        let (costs, room) = room.split_at_mut(size * (span.searched.end - span.answered.start));
+        let (costs, room) = room.split_at_mut(size * (band.searched.end - band.answered.start));
         Self {
             level: Level::new(),
             penalties,
             columns,
             candidates,
-            came: span.searched.start,
+            came: band.searched.start,
             coming: vec![UNKNOWN; size],
             path: Path::new(candidates, columns, penalties),
             costs,
-            path_costs: &mut room[..size * span.answered.len()],
-            span,
+            path_costs: &mut room[..size * band.answered.len()],
+            band,
         }
     }
 
@@ -225,7 +225,7 @@ impl<'a> PathAggregation<'a> {
         let y = self.came;
         self.came += 1;
         let size = self.coming.len();
-        let RowBand { answered, .. } = &self.span;
+        let RowBand { answered, .. } = &self.band;
         let place = |y: usize| (y - answered.start) * size..(y - answered.start + 1) * size;
         if y < answered.end {
             let path_costs = self.path.step(self.level, &self.coming);
@@ -244,7 +244,7 @@ impl<'a> PathAggregation<'a> {
         let mut path = Path::new(self.candidates, self.columns, self.penalties);
         for (index, costs) in self.costs.chunks_exact(size).enumerate().rev() {
             let from_below = path.step(self.level, costs);
-            if index < self.span.answered.len() {
+            if index < self.band.answered.len() {
                 let both = &mut self.path_costs[index * size..(index + 1) * size];
                 dispatch!(self.level, simd => add(simd, from_below, both));
             }
@@ -332,11 +332,11 @@ pub(crate) struct Aggregated<'a>(PathAggregation<'a>);
 impl Aggregated<'_> {
     /// The rows.
     pub(crate) fn rows(&self) -> Range<usize> {
-        self.0.span.answered.clone()
+        self.0.band.answered.clone()
     }
 
     fn place(&self, y: usize, k: usize, x: usize) -> usize {
-        ((y - self.0.span.answered.start) * self.0.candidates + k) * self.0.columns + x
+        ((y - self.0.band.answered.start) * self.0.candidates + k) * self.0.columns + x
     }
 
     /// Aggregated costs of row `y` under candidate `k`, from column `first` on; NaN where unknown.

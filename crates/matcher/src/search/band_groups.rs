@@ -50,10 +50,10 @@ pub(super) fn searched_groups(
     for group in groups {
         let mut rest = room.as_mut_slice();
         let mut part = || rest.split_off_mut(..band_counts).unwrap_or_default();
-        let bands: Vec<_> = group.into_iter().map(|span| (span, part())).collect();
-        bands.into_par_iter().for_each(|(span, room)| {
-            let (first, count) = (span.answered.start, span.answered.len() as u64);
-            let rows = answers(span, room);
+        let bands: Vec<_> = group.into_iter().map(|band| (band, part())).collect();
+        bands.into_par_iter().for_each(|(band, room)| {
+            let (first, count) = (band.answered.start, band.answered.len() as u64);
+            let rows = answers(band, room);
             found.lock().unwrap_or_else(PoisonError::into_inner).put(first, &rows);
             progress.advance(count);
         });

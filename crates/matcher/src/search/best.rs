@@ -75,7 +75,8 @@ impl Best {
             row[columns].copy_from_slice(costs);
         }
         let previous = &self.recent[(k + slots - 1) % slots];
-        dispatch!(self.level, _simd => keep_best(&row, previous, k as i32, self.separation as i32, &mut self.kept));
+        let (index, separation) = (k as i32, self.separation as i32);
+        dispatch!(self.level, _simd => keep_best(&row, previous, index, separation, &mut self.kept));
         self.recent[k % slots] = row;
     }
 

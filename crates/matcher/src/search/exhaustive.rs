@@ -39,15 +39,15 @@ pub(super) fn searched(task: Task<'_>, progress: &dyn Progress) -> Result<Search
     if !options.semi_global {
         let bands = search.pieces(0..volume.rows()).map(RowBand::alone).collect();
         let groups = Groups { groups: vec![bands], band_counts: 0 };
-        return Ok(searched_groups(task, groups, progress, |span, _| search.single_rows(span.answered)));
+        return Ok(searched_groups(task, groups, progress, |band, _| search.single_rows(band.answered)));
     }
     let groups = groups_of_bands(task, search.choice.candidates.count())?;
     let typical = typical_cost(volume.rows(), options.method.resolution(), |y| {
         search.single_rows(y..y + 1).into_iter().flat_map(|row| row.cost).collect()
     });
     let penalties = penalties(task, typical);
-    Ok(searched_groups(task, groups, progress, |span, room| {
-        search.rows_together(span, Aggregation { penalties, room })
+    Ok(searched_groups(task, groups, progress, |band, room| {
+        search.rows_together(band, Aggregation { penalties, room })
     }))
 }
 
@@ -75,10 +75,10 @@ impl Exhaustive<'_> {
     }
 
     /// Answers from costs aggregated across rows.
-    fn rows_together(&self, span: RowBand, aggregation: Aggregation<'_>) -> Vec<RowResult> {
+    fn rows_together(&self, band: RowBand, aggregation: Aggregation<'_>) -> Vec<RowResult> {
         let (count, columns) = (self.choice.candidates.count(), self.task.volume.columns());
-        let mut paths = PathAggregation::new(span.clone(), count, columns, aggregation);
-        for piece in self.pieces(span.searched) {
+        let mut paths = PathAggregation::new(band.clone(), count, columns, aggregation);
+        for piece in self.pieces(band.searched) {
             for table in self.tables(piece) {
                 (0..count).for_each(|k| paths.hold(k, 0, table.row(k)));
                 paths.row_done();

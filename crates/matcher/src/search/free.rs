@@ -37,13 +37,13 @@ impl<'a> Search<'a> {
 }
 
 impl Search<'_> {
-    /// Answers of the rows of `span`, each found by itself or from aggregated costs.
-    pub(super) fn rows(&self, span: RowBand, aggregation: Option<Aggregation<'_>>) -> Vec<RowResult> {
+    /// Answers of the rows of `asked`, each found by itself or from aggregated costs.
+    pub(super) fn rows(&self, asked: RowBand, aggregation: Option<Aggregation<'_>>) -> Vec<RowResult> {
         let Task { volume, lines, options, .. } = self.task;
         let (rows, columns) = (volume.rows(), self.plan.columns);
         let count = self.plan.candidates.count();
-        let band = span.searched.clone();
-        let paths = aggregation.map(|aggregation| PathAggregation::new(span, count, columns, aggregation));
+        let band = asked.searched.clone();
+        let paths = aggregation.map(|aggregation| PathAggregation::new(asked, count, columns, aggregation));
         let shift = self.window.rows;
         let centres = band.start.saturating_sub(shift)..(band.end + shift).min(rows);
         let first = centres.start.saturating_sub(shift);

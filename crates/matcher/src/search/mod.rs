@@ -64,16 +64,16 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, M
     let groups = groups_of_bands(task, plan.candidates.count())?;
     let occluded = ordering == OrderingUsed::Off && rule.occlusion == Occlusion::OneSide;
     let tolerance = occluded.then(|| measured_tolerance(task, &plan, window));
-    let answers = |span: RowBand, aggregation: Option<Aggregation<'_>>| match ordering {
+    let answers = |band: RowBand, aggregation: Option<Aggregation<'_>>| match ordering {
         OrderingUsed::On => {
             let count = plan.candidates.count();
             let paths = aggregation
-                .map(|aggregation| PathAggregation::new(span.clone(), count, plan.columns, aggregation));
+                .map(|aggregation| PathAggregation::new(band.clone(), count, plan.columns, aggregation));
             let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), paths);
-            sweep::sweep(volume, &plan, window, span.searched, &mut consumer);
+            sweep::sweep(volume, &plan, window, band.searched, &mut consumer);
             consumer.into_answers()
         }
-        OrderingUsed::Off => free::Search::new(task, &plan, window, tolerance).rows(span, aggregation),
+        OrderingUsed::Off => free::Search::new(task, &plan, window, tolerance).rows(band, aggregation),
     };
     let penalties = options.semi_global.then(|| {
         let typical = match tolerance {
@@ -84,8 +84,8 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, M
         };
         penalties(task, typical)
     });
-    let mut searched = searched_groups(task, groups, progress, |span, room| {
-        answers(span, penalties.map(|penalties| Aggregation { penalties, room }))
+    let mut searched = searched_groups(task, groups, progress, |band, room| {
+        answers(band, penalties.map(|penalties| Aggregation { penalties, room }))
     });
     if ordering == OrderingUsed::Off {
         filling::drop_ambiguous(&mut searched, options.min_confidence);

@@ -24,8 +24,9 @@ pub(crate) fn winners(costs: &CostTable) -> Vec<Option<u16>> {
 /// away.
 pub(crate) fn confidences(costs: &CostTable, chosen: &[u16], separation: usize, resolution: f32) -> Vec<f32> {
     let mut rivals = vec![f32::INFINITY; costs.columns()];
+    let (level, separation) = (Level::new(), separation as i32);
     for k in 0..costs.candidates() {
-        dispatch!(Level::new(), _simd => keep_rivals(costs.row(k), chosen, k as i32, separation as i32, &mut rivals));
+        dispatch!(level, _simd => keep_rivals(costs.row(k), chosen, k as i32, separation, &mut rivals));
     }
     let of_column = |(x, &rival): (usize, &f32)| confidence(costs.at(chosen[x].into(), x), rival, resolution);
     rivals.iter().enumerate().map(of_column).collect()

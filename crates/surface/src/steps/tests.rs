@@ -76,7 +76,8 @@ fn fields() -> u64 {
 }
 
 /// The spread of normalised errors is 1, and the interval holds the truth in 95 % of the fields. By n fields a spread is
-/// known to 1 / sqrt(2 n), and a share p to sqrt(p (1 - p) / n); three and two of these are allowed.
+/// known to 1 / sqrt(2 n), and a share p to sqrt(p (1 - p) / n); three and two of these are allowed. So only the full
+/// number notices intervals that are too wide.
 fn assert_honest(name: &str, results: &[(f64, bool)]) {
     let count = results.len() as f64;
     let spread_slack = 3.0 / (2.0 * fields() as f64).sqrt();

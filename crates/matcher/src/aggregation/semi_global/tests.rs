@@ -14,10 +14,10 @@ type Table = Vec<Vec<Vec<f32>>>;
 
 fn aggregated(costs: &Table, answered: Range<usize>, penalties: Penalties) -> Aggregated<'static> {
     let (count, columns) = (costs[0].len(), costs[0][0].len());
-    let span = RowBand { searched: 0..costs.len(), answered };
+    let band = RowBand { searched: 0..costs.len(), answered };
     // What was left there before changes nothing. A test may leak a little.
     let room = vec![12345; 2 * costs.len() * count * columns].leak();
-    let mut paths = PathAggregation::new(span, count, columns, Aggregation { penalties, room });
+    let mut paths = PathAggregation::new(band, count, columns, Aggregation { penalties, room });
     for row in costs {
         row.iter().enumerate().for_each(|(k, costs)| paths.hold(k, 0, costs));
         paths.row_done();
@@ -217,13 +217,13 @@ fn bands_hold_no_more_than_they_may() {
                 let groups = bands.groups();
                 assert!(2 * bands.at_once * bands.band_counts <= (frames / 2).max(32 << 20));
                 for group in &groups {
-                    let rows = |span: &RowBand| span.searched.end - span.answered.start + span.answered.len();
-                    let paths: usize = group.iter().map(|span| 2 * rows(span) * 640 * candidates).sum();
+                    let rows = |band: &RowBand| band.searched.end - band.answered.start + band.answered.len();
+                    let paths: usize = group.iter().map(|band| 2 * rows(band) * 640 * candidates).sum();
                     assert!(paths <= 2 * bands.at_once * bands.band_counts);
                     assert!(paths <= (frames / 2).max(32 << 20), "{candidates}: {paths}");
                 }
                 let answered: Vec<usize> =
-                    groups.iter().flatten().flat_map(|span| span.answered.clone()).collect();
+                    groups.iter().flatten().flat_map(|band| band.answered.clone()).collect();
                 assert_eq!(answered, (0..200).collect::<Vec<_>>());
                 largest = candidates;
             }

@@ -45,7 +45,7 @@ pub(crate) struct Segment {
     pub(crate) allowed: [bool; 3],
 }
 
-/// One candidate.
+/// Where a candidate is visible: the columns, with the groups of frames that see them.
 #[derive(Debug)]
 pub(crate) struct VisibleRuns {
     /// Of each group.

@@ -133,8 +133,8 @@ pub(super) fn rough_surface(
 }
 
 /// Fuses the `observations` around `guess`. The effect of the blur is taken off them first, unless the
-/// guesses are those of the search (not `guess_is_fitted`): their steps are no slants. Pixels whose mean precision is less
-/// than `least_texture`, in 1/px^2, show no more texture than noise does.
+/// guesses are those of the search (not `guess_is_fitted`): their steps are no slants. Pixels whose mean
+/// precision is less than `least_texture`, in 1/px^2, show no more texture than noise does.
 pub(super) fn fused(
     level: Level,
     mut observations: ObservationMaps,

@@ -59,7 +59,7 @@ fn what_hardly_differs_from_its_rivals_is_ambiguous() {
     searched.confidence.row_mut(4)[4] = 0.031;
     // No rival at all.
     searched.confidence.row_mut(4)[5] = NONE;
-    // Another verdict is not overruled.
+    // Another validity is not overruled.
     searched.guess.row_mut(2)[2] = NONE;
     searched.validity.row_mut(2)[2] = Validity::LeavesImage;
     searched.confidence.row_mut(2)[2] = 0.0;
