@@ -57,7 +57,9 @@ fn counts_of_a_fine_volume_go_in_as_they_are() {
     // 32768 counts are 256 DN.
     assert_eq!(row, [256.0, 65535.0 / 128.0]);
     let narrow = Frame::new(1, 2, 8, Samples::U8(vec![1, 2])).unwrap();
-    assert!(matches!(volume.insert_counts(0, &narrow), Err(VolumeError::Unlike { found, .. }) if found.bit_depth == 8));
+    assert!(
+        matches!(volume.insert_counts(0, &narrow), Err(VolumeError::Unlike { found, .. }) if found.bit_depth == 8)
+    );
     assert!(matches!(volume.insert_counts(2, &counts), Err(VolumeError::NoSuchFrame { .. })));
     let mut plain = Volume::new(1, 2, 16, Tau::equidistant(2).unwrap());
     assert!(plain.insert_counts(0, &counts).is_err());
