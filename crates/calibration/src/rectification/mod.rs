@@ -1,10 +1,12 @@
-//! One resampling from raw frames to the volume: distortion, roll and pan undone in one map.
+//! One resampling from raw frames to the volume: distortion, roll, pan and the frame's own pose undone in one
+//! map.
 
 mod correction;
 mod error;
 mod fit;
 mod kernels;
 mod mapping;
+mod pose;
 mod resample;
 mod spline;
 #[cfg(test)]
@@ -12,5 +14,6 @@ mod tests;
 
 pub use error::RectifyError;
 pub use mapping::{Mapping, RectifiedCamera};
+pub use pose::FramePose;
 pub use resample::Rectifier;
 pub use spline::BORDER_PX;
