@@ -1,5 +1,7 @@
 //! The rectified camera that fits a lens and its stage axis.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::spline::BORDER_PX;
@@ -25,30 +27,14 @@ impl Mapping {
         raw_rows: usize,
         raw_columns: usize,
     ) -> Result<Self, RectifyError> {
-        let camera = RectifiedCamera {
-            rows: raw_rows,
-            columns: raw_columns,
-            focal_length_px: 0.5 * (lens.focal_length_x_px + lens.focal_length_y_px),
-            principal_point_x_px: lens.principal_point_x_px,
-            principal_point_y_px: lens.principal_point_y_px,
-        };
-        let mut mapping = Self { lens, roll_rad, pan_rad, raw_rows, raw_columns, camera };
+        let mapping = Self::upright(lens, roll_rad, pan_rad, raw_rows, raw_columns);
         if mapping.is_identity() {
             return Ok(mapping);
         }
         let nothing = RectifyError::NothingLeft { rows: raw_rows, columns: raw_columns };
-        if raw_rows == 0 || raw_columns == 0 {
-            return Err(nothing);
-        }
+        let mapping = mapping.centred()?;
         let (last_x, last_y) = ((raw_columns - 1) as f64, (raw_rows - 1) as f64);
         let (middle_x, middle_y) = (0.5 * last_x, 0.5 * last_y);
-        let Some((x, y)) =
-            mapping.rectified(middle_x, middle_y).filter(|(x, y)| x.is_finite() && y.is_finite())
-        else {
-            return Err(nothing);
-        };
-        mapping.camera.principal_point_x_px += middle_x - x;
-        mapping.camera.principal_point_y_px += middle_y - y;
         // The border of the raw image as whole pixels around the middle of the rectified one.
         let across = (0..raw_columns).flat_map(|x| [(x as f64, 0.0), (x as f64, last_y)]);
         let down = (0..raw_rows).flat_map(|y| [(0.0, y as f64), (last_x, y as f64)]);
@@ -57,17 +43,55 @@ impl Mapping {
             least = (least.0.min(x), least.1.min(y));
             most = (most.0.max(x), most.1.max(y));
         }
-        // At most twice the raw image's width and height are looked at.
         let span = |least: f64, most: f64, size: usize| {
-            let half = (size / 2) as f64;
-            let first = least.floor().max(-half) as i64;
-            let last = most.ceil().min((size - 1) as f64 + half) as i64;
-            first..last + 1
+            let looked_at = mapping.looked_at(size);
+            (least.floor() as i64).max(looked_at.start)
+                ..(most.ceil() as i64).saturating_add(1).min(looked_at.end)
         };
         // All of the raw image, and whatever lies around it.
         let uncut = mapping.cut(span(least.0, most.0, raw_columns), span(least.1, most.1, raw_rows));
         let (columns, rows) = largest_rectangle(&uncut.valid()).ok_or(nothing)?;
         Ok(uncut.cut(columns, rows))
+    }
+
+    /// The mapping to a camera of the raw size, with the lens's principal point.
+    pub(super) fn upright(
+        lens: Lens,
+        roll_rad: f64,
+        pan_rad: f64,
+        raw_rows: usize,
+        raw_columns: usize,
+    ) -> Self {
+        let camera = RectifiedCamera {
+            rows: raw_rows,
+            columns: raw_columns,
+            focal_length_px: 0.5 * (lens.focal_length_x_px + lens.focal_length_y_px),
+            principal_point_x_px: lens.principal_point_x_px,
+            principal_point_y_px: lens.principal_point_y_px,
+        };
+        Self { lens, roll_rad, pan_rad, raw_rows, raw_columns, camera }
+    }
+
+    /// The same mapping with the rectified camera moved so that the middles of both images coincide.
+    pub(super) fn centred(mut self) -> Result<Self, RectifyError> {
+        let (rows, columns) = (self.raw_rows, self.raw_columns);
+        let nothing = RectifyError::NothingLeft { rows, columns };
+        if rows == 0 || columns == 0 {
+            return Err(nothing);
+        }
+        let (middle_x, middle_y) = (0.5 * (columns - 1) as f64, 0.5 * (rows - 1) as f64);
+        let seen = self.rectified(middle_x, middle_y);
+        let (x, y) = seen.filter(|(x, y)| x.is_finite() && y.is_finite()).ok_or(nothing)?;
+        self.camera.principal_point_x_px += middle_x - x;
+        self.camera.principal_point_y_px += middle_y - y;
+        Ok(self)
+    }
+
+    /// The rectified columns or rows that are looked at, around `size` raw ones: twice as many as the longer
+    /// side of the raw image has, so that a quarter turn keeps all of it.
+    pub(super) fn looked_at(&self, size: usize) -> Range<i64> {
+        let around = (self.raw_rows.max(self.raw_columns) - size.div_ceil(2)) as i64;
+        -around..size as i64 + around
     }
 
     /// Which rectified pixels lie at least [`BORDER_PX`] inside the raw image.
@@ -91,7 +115,7 @@ impl Mapping {
     }
 
     /// The same mapping for these columns and rows of the rectified image only.
-    fn cut(mut self, columns: std::ops::Range<i64>, rows: std::ops::Range<i64>) -> Self {
+    pub(super) fn cut(mut self, columns: Range<i64>, rows: Range<i64>) -> Self {
         self.camera.principal_point_x_px -= columns.start as f64;
         self.camera.principal_point_y_px -= rows.start as f64;
         self.camera.columns = (columns.end - columns.start).max(0) as usize;
@@ -105,7 +129,7 @@ impl Mapping {
 ///
 /// For each row the heights of the columns of `true` that end there; a stack of rising heights gives the
 /// widest rectangle under each.
-fn largest_rectangle(mask: &Grid<bool>) -> Option<(std::ops::Range<i64>, std::ops::Range<i64>)> {
+fn largest_rectangle(mask: &Grid<bool>) -> Option<(Range<i64>, Range<i64>)> {
     let columns = mask.columns();
     let mut heights = vec![0_usize; columns];
     let mut best = (0, None);
@@ -148,7 +172,7 @@ mod tests {
         #[test]
         fn no_rectangle_is_larger(bits in proptest::collection::vec(proptest::bool::weighted(0.7), 42)) {
             let mask = Grid::from_values(6, 7, bits).unwrap();
-            let full = |columns: std::ops::Range<usize>, rows: std::ops::Range<usize>| {
+            let full = |columns: Range<usize>, rows: Range<usize>| {
                 rows.clone().all(|y| columns.clone().all(|x| mask.at(x, y)))
             };
             let mut largest = 0;

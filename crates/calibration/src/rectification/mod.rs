@@ -7,10 +7,12 @@ mod fit;
 mod kernels;
 mod mapping;
 mod pose;
+mod region;
 mod resample;
 mod spline;
 #[cfg(test)]
 mod tests;
+mod view;
 
 pub use error::RectifyError;
 pub use mapping::{Mapping, RectifiedCamera};
