@@ -33,6 +33,7 @@ pub(super) struct Distorted {
 
 impl Distortion {
     /// Where the ray (a, b, 1) is seen.
+    #[inline]
     pub fn apply(&self, a: f64, b: f64) -> (f64, f64) {
         let r2 = a * a + b * b;
         let radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3));

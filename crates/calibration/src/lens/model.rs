@@ -66,6 +66,7 @@ impl Lens {
     }
 
     /// Where the ray (a, b, 1) is seen: column and row, in px.
+    #[inline]
     pub fn pixel(&self, a: f64, b: f64) -> (f64, f64) {
         let (a, b) = self.distortion.apply(a, b);
         (

@@ -2,6 +2,7 @@
 
 use super::RectifyError;
 use crate::photometry::{Correction, nearest_good};
+use epirig_core::frame::Frame;
 
 /// A pixel that is replaced by the mean of its neighbours.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,8 +48,42 @@ pub(super) fn prepared(
     defective.iter().map(replaced).collect()
 }
 
+/// Row `y` of a frame, corrected; `replaced` are those that [`prepared`] found.
+pub(super) fn correct_row(
+    correction: &Correction,
+    replaced: &[Replaced],
+    frame: &Frame,
+    y: usize,
+    out: &mut [f32],
+) {
+    frame.samples().copy_to_f32(y * out.len(), out);
+    if let Some(dark) = &correction.subtract {
+        out.iter_mut().zip(dark.row(y)).for_each(|(value, dark)| *value -= dark);
+    }
+    if let Some(gain) = &correction.multiply {
+        out.iter_mut().zip(gain.row(y)).for_each(|(value, gain)| *value *= gain);
+    }
+    replaced_in_row(replaced, y).for_each(|pixel| out[pixel.x] = mean_around(correction, frame, pixel));
+}
+
+/// The pixels of row `y` that are replaced.
+pub(super) fn replaced_in_row(replaced: &[Replaced], y: usize) -> impl Iterator<Item = &Replaced> {
+    let first = replaced.partition_point(|pixel| pixel.y < y);
+    replaced[first..].iter().take_while(move |pixel| pixel.y == y)
+}
+
+/// What a pixel is replaced by.
+pub(super) fn mean_around(correction: &Correction, frame: &Frame, pixel: &Replaced) -> f32 {
+    let value = |&(x, y): &(usize, usize)| {
+        let mut sample = [0.0];
+        frame.samples().copy_to_f32(y * frame.columns() + x, &mut sample);
+        apply(correction, x, y, sample[0])
+    };
+    pixel.neighbours.iter().map(value).sum::<f32>() / pixel.neighbours.len() as f32
+}
+
 /// The corrected sample of pixel (`x`, `y`).
-pub(super) fn apply(correction: &Correction, x: usize, y: usize, sample: f32) -> f32 {
+fn apply(correction: &Correction, x: usize, y: usize, sample: f32) -> f32 {
     let dark = correction.subtract.as_ref().map_or(0.0, |map| map.at(x, y));
     let gain = correction.multiply.as_ref().map_or(1.0, |map| map.at(x, y));
     (sample - dark) * gain

@@ -99,4 +99,12 @@ pub enum RectifyError {
         /// Rows and columns of the rectified camera.
         expected: (usize, usize),
     },
+    /// There are more frames than poses.
+    #[error("{needed} frames need a pose each, there are {poses}; estimate the poses from these frames")]
+    Poses {
+        /// Poses given.
+        poses: usize,
+        /// Frames that need one, up to the last one that is put in.
+        needed: usize,
+    },
 }

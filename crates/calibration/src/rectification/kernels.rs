@@ -77,7 +77,7 @@ pub(super) fn filter_columns(buffer: &mut [Pixel], stride: usize) {
 
 /// State of each pole after a long row of equal pixels.
 #[inline(always)]
-fn constant_before(mut pixel: Pixel) -> [Pixel; POLES.len()] {
+pub(super) fn constant_before(mut pixel: Pixel) -> [Pixel; POLES.len()] {
     POLES.map(|pole| {
         let sum = 1.0 / (1.0 - pole);
         pixel.iter_mut().for_each(|value| *value *= sum);
@@ -87,7 +87,7 @@ fn constant_before(mut pixel: Pixel) -> [Pixel; POLES.len()] {
 
 /// One pixel through all poles: y = x + pole * (the y before).
 #[inline(always)]
-fn step(pixel: &mut Pixel, states: &mut [Pixel; POLES.len()]) {
+pub(super) fn step(pixel: &mut Pixel, states: &mut [Pixel; POLES.len()]) {
     for (pole, state) in POLES.iter().zip(states) {
         for lane in 0..LANES {
             state[lane] = pixel[lane] + pole * state[lane];
@@ -169,9 +169,15 @@ pub(super) fn scale(row: &[Pixel], factor: f32, out: &mut [[u16; LANES]]) {
 /// The nearest counts that 16 bit hold.
 #[inline(always)]
 fn rounded(pixel: Pixel) -> [u16; LANES] {
+    pixel.map(count)
+}
+
+/// The nearest count that 16 bit hold.
+#[inline(always)]
+pub(super) fn count(value: f32) -> u16 {
     // From 2^23 on an f32 has no fraction, so that the sum is rounded, and its lowest bits are the count.
     const WHOLE: f32 = 8_388_608.0;
-    pixel.map(|value| (value.clamp(0.0, 65535.0) + WHOLE).to_bits() as u16)
+    (value.clamp(0.0, 65535.0) + WHOLE).to_bits() as u16
 }
 
 /// Each frame's own row out of pixels of counts; there may be fewer than eight frames.

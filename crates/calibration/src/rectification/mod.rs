@@ -4,6 +4,7 @@
 mod correction;
 mod error;
 mod fit;
+mod frame_kernels;
 mod kernels;
 mod mapping;
 mod pose;
@@ -13,6 +14,7 @@ mod spline;
 #[cfg(test)]
 mod tests;
 mod view;
+mod whole;
 
 pub use error::RectifyError;
 pub use mapping::{Mapping, RectifiedCamera};

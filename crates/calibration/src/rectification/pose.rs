@@ -79,8 +79,8 @@ impl FramePose {
 }
 
 impl Mapping {
-    /// Where the rectified pixel (`x_px`, `y_px`) lies in a raw frame of this pose: column and row. NaN if its
-    /// ray comes from behind one of the cameras.
+    /// Where the rectified pixel (`x_px`, `y_px`) lies in a raw frame of this pose: column and row. NaN if
+    /// its ray comes from behind one of the cameras.
     pub fn raw_of(&self, pose: &FramePose, x_px: f64, y_px: f64) -> (f64, f64) {
         if *pose == FramePose::default() {
             return self.raw(x_px, y_px);

@@ -19,12 +19,14 @@ const SMALL: i64 = 4;
 impl Mapping {
     /// The mapping whose rectified image holds everything that any frame shows.
     ///
-    /// Focal length and grid are those of [`Self::fitting`]: the middle of the raw image of the mean camera is
-    /// the middle of the uncut rectified one. Of this grid it is the smallest upright rectangle of whole
-    /// pixels that holds every pixel which lies in the raw image of a frame, at most twice the longer side of
-    /// the raw image around the middle in both directions. No `poses`: all frames have the mean camera. Pixels
-    /// that a frame does not show take the value of its border ([`Rectifier`](super::Rectifier));
-    /// [`Self::seen`] says which pixels all frames show.
+    /// Focal length and grid are those of [`Self::fitting`]: the middles of the rectified image before it is
+    /// cut and of the raw image of the mean camera coincide. Of this grid it is the smallest upright
+    /// rectangle of whole pixels that holds every pixel which lies in the raw image of a frame. At most twice
+    /// the longer side of the raw image is looked at, in both directions. No `poses`: all frames have the
+    /// mean camera.
+    ///
+    /// [`Rectifier::with_poses`](super::Rectifier::with_poses) gives pixels that a frame does not show the
+    /// value of its border; [`Self::seen`] says which pixels all frames show.
     ///
     /// # Errors
     /// [`RectifyError::NothingLeft`] if no frame shows any pixel.
@@ -225,7 +227,8 @@ mod tests {
             // Farthest from the middle that is looked at.
             let (middle_x, middle_y) = (x.floor() as i64, y.floor() as i64);
             let near = |x: i64, y: i64| {
-                (middle_x - 139..=middle_x + 140).contains(&x) && (middle_y - 139..=middle_y + 140).contains(&y)
+                let around = |middle: i64| middle - 139..=middle + 140;
+                around(middle_x).contains(&x) && around(middle_y).contains(&y)
             };
             let (mut outermost, mut unsure) = ([false; 4], false);
             for y in -60..rows + 60 {

@@ -6,13 +6,15 @@ use std::sync::Mutex;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
-use super::correction::{Replaced, apply, prepared};
+use super::correction::{Replaced, correct_row, mean_around, prepared, replaced_in_row};
 use super::kernels::{self, LANES, Pixel, Taps};
-use super::spline::{HORIZON, filter_gain};
-use super::{Mapping, RectifyError};
+use super::spline::{BEFORE, HORIZON, PAD, filter_gain, mirrored};
+use super::view::ROUNDING_PX;
+use super::whole::WholeFrames;
+use super::{FramePose, Mapping, RectifyError};
 use crate::photometry::Correction;
 use epirig_core::frame::{Frame, FrameFormat, Samples};
-use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
+use epirig_core::spline::quintic::TAPS;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -20,12 +22,9 @@ use epirig_core::volume::Volume;
 /// [`HORIZON`] more on either side. So bands are independent, and the result does not depend on the number of
 /// threads.
 const BAND: usize = 64;
-/// Mirrored pixels around a row: for the filter to settle, and for the taps of samples at the border.
-const PAD: usize = HORIZON + TAPS;
-/// Largest distance, in px, by which rounding may put a place on the border of the raw image outside of it.
-const ROUNDING_PX: f64 = 1e-6;
-/// Coefficients before the pixel of a sample.
-const BEFORE: usize = TAPS_BEFORE;
+/// If bands, each for itself, would filter the raw rows together more often than this, whole frames are
+/// filtered instead: a row that is turned by 8 deg leads through many raw ones.
+const MOST_FILTERED: usize = 8;
 
 /// Puts frames, corrected and resampled, into a volume.
 ///
@@ -60,6 +59,8 @@ pub struct Rectifier {
     fractions_y: Vec<f32>,
     /// Rows of the padded raw image that the taps of each band lie in.
     bands: Vec<Range<usize>>,
+    /// What samples whole frames; `None`: bands of eight frames are sampled.
+    pub(super) whole: Option<WholeFrames>,
     /// Buffers that are not in use.
     buffers: Mutex<Vec<Buffers>>,
     level: Level,
@@ -75,23 +76,51 @@ struct Buffers {
 }
 
 impl Rectifier {
-    /// Finds the place of every rectified pixel in the raw image.
+    /// For frames of the mean camera: finds the place of every rectified pixel in the raw image.
     ///
     /// # Errors
     /// [`RectifyError`] if a rectified pixel lies outside the raw image, or the correction does not fit it.
     pub fn new(mapping: Mapping, correction: Correction) -> Result<Self, RectifyError> {
+        let mut rectifier = Self::without_places(mapping, correction)?;
+        rectifier.find_places()?;
+        Ok(rectifier)
+    }
+
+    /// For frames with poses of their own: `poses[i]` is that of the frame at place i of the volume. No
+    /// poses: all frames have the mean camera.
+    ///
+    /// Unlike [`Self::new`] it takes any mapping: a pixel that a frame does not show takes the value of the
+    /// nearest place on the frame's border. [`Mapping::seen`] tells these pixels. With poses frames are
+    /// sampled one after the other, each by all threads.
+    ///
+    /// # Errors
+    /// [`RectifyError`] if the images are too large, or the correction does not fit the raw image.
+    pub fn with_poses(
+        mapping: Mapping,
+        correction: Correction,
+        poses: Vec<FramePose>,
+    ) -> Result<Self, RectifyError> {
+        let mut rectifier = Self::without_places(mapping, correction)?;
+        // Frames of one camera that show every pixel have their places in common. The only error is a pixel
+        // that they do not show.
+        if !poses.is_empty() || rectifier.find_places().is_err() {
+            rectifier.whole = Some(WholeFrames::new(&mapping, &poses));
+        }
+        Ok(rectifier)
+    }
+
+    fn without_places(mapping: Mapping, correction: Correction) -> Result<Self, RectifyError> {
         let (rows, columns) = (mapping.raw_rows, mapping.raw_columns);
         let camera = mapping.camera;
-        let stride = columns.saturating_add(2 * PAD);
         let too_large = |rows: usize, columns: usize| rows.saturating_mul(columns) > u32::MAX as usize;
-        if too_large(rows.saturating_add(2 * PAD), stride) {
+        if too_large(rows.saturating_add(2 * PAD), WholeFrames::stride(columns)) {
             return Err(RectifyError::TooLarge { rows, columns });
         }
         if too_large(camera.rows, camera.columns) {
             return Err(RectifyError::TooLarge { rows: camera.rows, columns: camera.columns });
         }
         let replaced = prepared(&correction, rows, columns)?;
-        let mut rectifier = Self {
+        Ok(Self {
             mapping,
             correction,
             replaced,
@@ -99,14 +128,10 @@ impl Rectifier {
             fractions_x: Vec::new(),
             fractions_y: Vec::new(),
             bands: Vec::new(),
+            whole: None,
             buffers: Mutex::default(),
             level: Level::new(),
-        };
-        let same_size = (camera.rows, camera.columns) == (rows, columns);
-        if !(mapping.is_identity() && same_size) {
-            rectifier.find_places(stride)?;
-        }
-        Ok(rectifier)
+        })
     }
 
     /// The mapping.
@@ -124,7 +149,7 @@ impl Rectifier {
     ///
     /// # Errors
     /// [`RectifyError`] if the volume is not one that [`Self::volume`] makes or has no such places, or a
-    /// frame does not have the raw size or the volume's bit depth. The volume is then as it was.
+    /// frame has no pose, or not the raw size or the volume's bit depth. The volume is then as it was.
     pub fn insert(
         &self,
         volume: &mut Volume,
@@ -135,6 +160,17 @@ impl Rectifier {
         let (all, columns) = (volume.frames(), volume.columns());
         let counts_per_dn = 1.0 / volume.dn_per_count();
         let Some(counts) = volume.fine_counts_mut() else { return Ok(()) };
+        if let Some(whole) = &self.whole {
+            for (index, frame) in (first_index..).zip(frames) {
+                let load = |y: usize, row: &mut [f32]| {
+                    correct_row(&self.correction, &self.replaced, frame, y, row);
+                };
+                let epis = counts.par_chunks_exact_mut((all * columns).max(1));
+                let rows = epis.map(|epi| &mut epi[index * columns..(index + 1) * columns]);
+                whole.make(index, counts_per_dn, load, rows);
+            }
+            return Ok(());
+        }
         for (chunk, frames) in frames.chunks(LANES).enumerate() {
             let first = (first_index + LANES * chunk) * columns;
             let places = first..first + frames.len() * columns;
@@ -161,6 +197,10 @@ impl Rectifier {
         if found != expected || !volume.is_fine() || needed > frames_there {
             return Err(RectifyError::Volume { frames: frames_there, found, needed, expected });
         }
+        let posed = self.whole.as_ref().and_then(WholeFrames::posed);
+        if let Some(poses) = posed.filter(|&poses| poses < needed) {
+            return Err(RectifyError::Poses { poses, needed });
+        }
         let (rows, columns) = (self.mapping.raw_rows, self.mapping.raw_columns);
         let expected = FrameFormat { rows, columns, bit_depth: volume.bit_depth() };
         let unlike =
@@ -169,20 +209,25 @@ impl Rectifier {
         Err(RectifyError::Frame { index, found, expected })
     }
 
-    fn find_places(&mut self, stride: usize) -> Result<(), RectifyError> {
+    /// Finds the places that all frames have in common, or that whole frames are to be sampled.
+    fn find_places(&mut self) -> Result<(), RectifyError> {
         let mapping = self.mapping;
         let (rows, columns) = (mapping.camera.rows, mapping.camera.columns);
+        if mapping.is_identity() && (rows, columns) == (mapping.raw_rows, mapping.raw_columns) {
+            return Ok(());
+        }
+        let stride = mapping.raw_columns + 2 * PAD;
         let rotation = mapping.rotation();
-        self.starts = vec![0; rows * columns];
-        self.fractions_x = vec![0.0; rows * columns];
-        self.fractions_y = vec![0.0; rows * columns];
+        let mut all_starts = vec![0; rows * columns];
+        let mut all_fractions_x = vec![0.0; rows * columns];
+        let mut all_fractions_y = vec![0.0; rows * columns];
         let within = |place: f64, size: usize| {
             let last = size as f64 - 1.0;
             (place >= -ROUNDING_PX && place <= last + ROUNDING_PX).then(|| place.clamp(0.0, last.max(0.0)))
         };
         let width = columns.max(1);
-        let lines = self.starts.par_chunks_mut(width).zip(self.fractions_x.par_chunks_mut(width));
-        let lines = lines.zip(self.fractions_y.par_chunks_mut(width)).enumerate();
+        let lines = all_starts.par_chunks_mut(width).zip(all_fractions_x.par_chunks_mut(width));
+        let lines = lines.zip(all_fractions_y.par_chunks_mut(width)).enumerate();
         let outside: Vec<_> = lines
             .map(|(y, ((starts, fractions_x), fractions_y))| {
                 let places = starts.iter_mut().zip(fractions_x).zip(fractions_y);
@@ -210,7 +255,14 @@ impl Rectifier {
             let last = starts.iter().max().map_or(0, |&start| start as usize / stride);
             first..last + TAPS
         };
-        self.bands = self.starts.chunks(BAND * width).map(rows_of).collect();
+        let bands: Vec<Range<usize>> = all_starts.chunks(BAND * width).map(rows_of).collect();
+        let filtered: usize = bands.iter().map(|rows| rows.len() + 2 * HORIZON).sum();
+        if filtered > MOST_FILTERED * (mapping.raw_rows + 2 * HORIZON) {
+            self.whole = Some(WholeFrames::new(&mapping, &[]));
+            return Ok(());
+        }
+        self.bands = bands;
+        (self.starts, self.fractions_x, self.fractions_y) = (all_starts, all_fractions_x, all_fractions_y);
         Ok(())
     }
 
@@ -307,25 +359,8 @@ impl Rectifier {
         if let Some(gain) = &self.correction.multiply {
             dispatch!(self.level, _simd => kernels::multiply(out, gain.row(y)));
         }
-        let first = self.replaced.partition_point(|pixel| pixel.y < y);
-        for pixel in self.replaced[first..].iter().take_while(|pixel| pixel.y == y) {
-            out[pixel.x] = frames.map(|frame| self.mean_around(frame, pixel));
+        for pixel in replaced_in_row(&self.replaced, y) {
+            out[pixel.x] = frames.map(|frame| mean_around(&self.correction, frame, pixel));
         }
     }
-
-    fn mean_around(&self, frame: &Frame, pixel: &Replaced) -> f32 {
-        let value = |&(x, y): &(usize, usize)| {
-            let mut sample = [0.0];
-            frame.samples().copy_to_f32(y * frame.columns() + x, &mut sample);
-            apply(&self.correction, x, y, sample[0])
-        };
-        pixel.neighbours.iter().map(value).sum::<f32>() / pixel.neighbours.len() as f32
-    }
-}
-
-/// The pixel at `place` of an image that is mirrored at the centres of its first and last pixel.
-fn mirrored(place: isize, size: usize) -> usize {
-    let last = size as isize - 1;
-    let around = place.rem_euclid((2 * last).max(1));
-    around.min(2 * last - around).max(0) as usize
 }

@@ -10,11 +10,16 @@
 //!
 //! Measured with roll 0.7 deg, pan 0.4 deg and k1 = -0.02, which take every fraction of a pixel in turn.
 
-use epirig_core::spline::quintic::recursion_gain;
+use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE, recursion_gain};
 
 /// Number of pixels after which the start of the filter has no effect: 0.4306^17 = 6e-7, a fiftieth of a
 /// count of a fine volume at full scale.
 pub(super) const HORIZON: usize = 17;
+
+/// Mirrored pixels around a row: for the filter to settle, and for the taps of samples at the border.
+pub(super) const PAD: usize = HORIZON + TAPS;
+/// Coefficients before the pixel of a sample.
+pub(super) const BEFORE: usize = TAPS_BEFORE;
 
 /// Distance of rectified pixels from the border of the raw image, in px.
 ///
@@ -28,4 +33,11 @@ pub const BORDER_PX: f64 = 8.0;
 pub(super) fn filter_gain() -> f32 {
     let along_one_axis = recursion_gain();
     (along_one_axis * along_one_axis) as f32
+}
+
+/// The pixel at `place` of an image that is mirrored at the centres of its first and last pixel.
+pub(super) fn mirrored(place: isize, size: usize) -> usize {
+    let last = size as isize - 1;
+    let around = place.rem_euclid((2 * last).max(1));
+    around.min(2 * last - around).max(0) as usize
 }

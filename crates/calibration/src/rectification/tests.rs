@@ -1,3 +1,5 @@
+mod posed;
+
 use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};

@@ -56,6 +56,13 @@ impl View {
         (c > 0.0 && dot(self.common_depth, pixel) > 0.0).then(|| (a / c, b / c))
     }
 
+    /// Whether all rays of the first `columns` pixels of a row come from the front and lie within the fold of
+    /// the lens: depth is linear along the row and the slope of the ray convex, so that the ends decide.
+    pub(super) fn is_unfolded(&self, y: usize, columns: usize) -> bool {
+        let ends = [0, columns.saturating_sub(1)].map(|x| self.ray(x as f64, y as f64));
+        ends.iter().all(|end| end.is_some_and(|(a, b)| a * a + b * b < self.fold))
+    }
+
     /// Whether the frame shows the rectified pixel, at least `inset_px` inside its border.
     pub(super) fn shows(&self, x: f64, y: f64, inset_px: f64) -> bool {
         let Some((a, b)) = self.ray(x, y).filter(|(a, b)| a * a + b * b < self.fold) else { return false };
