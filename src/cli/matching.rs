@@ -1,6 +1,6 @@
 //! `epirig match`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -12,12 +12,14 @@ use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, Calibration, read_calibration};
 use crate::pipeline::{Measurement, PipelineError, View, measure};
-use crate::results::{ANSWER_CLASSES, MatchSummary, ResultMap, ResultsFolder, ResultsKind, class_of, names};
+use crate::results::{
+    ANSWER_CLASSES, MatchSummary, Region, ResultMap, ResultsFolder, ResultsKind, class_of, names,
+};
 use epirig_calibration::photometry::Maps;
 use epirig_core::choice::Choice as _;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
-use epirig_matcher::{DisparityMaps, MatchError, Validity};
+use epirig_matcher::{DisparityMaps, MatchError, MatchOptions, Validity};
 
 /// Compute the disparity of every pixel, and its height
 #[derive(Debug, Args)]
@@ -96,12 +98,7 @@ impl Match {
         let drops_surface = surface.exists();
         check_match(frames, &options, talk)?;
         let view = View { figure_row: self.figure_row, truth: None };
-        let measured = measure(&sequence, used, (&options, &region), view, &folder, talk);
-        if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
-            let what = "no range of disparities is significant in the data";
-            return Err(no_answer(&sequence, used, what, false));
-        }
-        let measurement = measured?;
+        let measurement = match_frames(&sequence, used, (&options, &region), view, &folder, talk)?;
         folder.commit()?;
         if drops_surface {
             talk.say(&format!(
@@ -116,12 +113,7 @@ impl Match {
             let picture = format!("look at {}\n", quoted(&out.join(names::DISPARITY)));
             describe(&measurement) + if has_answers { &picture } else { "" }
         })?;
-        if has_answers {
-            return Ok(());
-        }
-        let reasons = out.join(ResultMap::Mask.row().file);
-        let what = format!("no pixel has an answer ({} has the reasons)", reasons.display());
-        Err(no_answer(&sequence, used, &what, options.range.is_some()))
+        refuse_no_answer(&measurement, &sequence, used, &out)
     }
 
     /// Reports whether a calibration is applied, if there is one or could be one.
@@ -144,6 +136,39 @@ impl Match {
             ));
         }
     }
+}
+
+/// Matches the frames into `folder`. Without a range of disparities the failure tells what they show of the motion.
+pub(super) fn match_frames(
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
+    asked: (&MatchOptions, &Region),
+    view: View<'_>,
+    folder: &ResultsFolder,
+    talk: &Talk,
+) -> Result<Measurement, CliError> {
+    let measured = measure(sequence, calibration, asked, view, folder, talk);
+    if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
+        let what = "no range of disparities is significant in the data";
+        return Err(no_answer(sequence, calibration, what, false));
+    }
+    Ok(measured?)
+}
+
+/// The failure of a match whose results in `out` have no answer.
+pub(super) fn refuse_no_answer(
+    measurement: &Measurement,
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
+    out: &Path,
+) -> Result<(), CliError> {
+    let summary = &measurement.summary;
+    if summary.median_disparity_px.is_some() {
+        return Ok(());
+    }
+    let reasons = out.join(ResultMap::Mask.row().file);
+    let what = format!("no pixel has an answer ({} has the reasons)", reasons.display());
+    Err(no_answer(sequence, calibration, &what, summary.settings.range.is_some()))
 }
 
 /// Prints hints about pixels without an answer, not two about the same ones.

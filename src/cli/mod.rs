@@ -29,7 +29,9 @@ mod log;
 mod manual;
 mod match_arguments;
 mod matching;
+mod measure;
 mod memory;
+mod motion_sentence;
 mod motion_words;
 mod need;
 mod no_answer;
@@ -73,7 +75,7 @@ const EXIT_CODES: &str =
 
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed
-  epirig import photos/ --out seq                   your own photographs
+  epirig measure photos/ --out first                your own photographs
   epirig calibrate tile                             lens, stage axis, positions, light
   epirig match seq
   epirig view seq                                   maps and reasons, in a browser
@@ -127,6 +129,7 @@ macro_rules! verbs {
 
 verbs! {
     Demo = demo::Demo,
+    Measure = measure::Measure,
     Import = import::Import,
     Init = init::Init,
     Devices = devices::Devices,

@@ -187,6 +187,7 @@ fn help_has_examples_and_completions_name_the_verbs() {
         "run",
         "stage",
         "import",
+        "measure",
         "verify",
         "match",
         "surface",

@@ -144,14 +144,18 @@ fn missing_frames_are_told_and_positions_from_the_texture_are_right() {
     // The usual step is the median, 1.04.
     assert!(said.contains("from image 5 (5.png) to image 6 (6.png) it goes 3.8"), "{said}");
     assert!(said.contains("from image 10 (10.png) to image 11 (11.png) it goes 1.9"), "{said}");
-    assert!(
-        said.contains("steps differ by") && said.contains("`epirig calibrate seq --positions texture`"),
-        "{said}"
-    );
+    assert!(said.contains("steps differ by") && said.contains("`epirig measure seq` measures"), "{said}");
     fs::remove_dir_all(path.join("seq")).unwrap();
     let output = epirig(path, &["import", "photos", "--out", "seq"]);
     let next = String::from_utf8(output.stdout).unwrap();
-    assert!(next.contains("next: epirig calibrate seq --positions texture"), "{next}");
+    assert!(next.contains("next: epirig measure seq\n"), "{next}");
+    // With a target to be found, or frames to calibrate with, the next step is another one.
+    fs::remove_dir_all(path.join("seq")).unwrap();
+    let output = epirig(path, &["import", "photos", "--out", "seq", "--dark", "photos"]);
+    let next = String::from_utf8(output.stdout).unwrap();
+    assert!(next.contains("next: epirig calibrate seq --positions texture\n"), "{next}");
+    fs::remove_dir_all(path.join("seq")).unwrap();
+    succeeds(path, &["import", "photos", "--out", "seq"]);
 
     succeeds(path, &["calibrate", "seq", "--positions", "texture"]);
     let record: serde_json::Value =

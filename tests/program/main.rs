@@ -25,6 +25,7 @@ mod killed_scans;
 mod logging;
 mod manual;
 mod masked_match;
+mod measure_photographs;
 #[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
 mod painted;
 mod panel;

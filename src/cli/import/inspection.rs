@@ -1,6 +1,7 @@
 //! What the images show of the motion, in words that name the images.
 
 use super::super::motion_words;
+use super::prepared::Afterwards;
 use epirig_calibration::motion::{Doubt, MotionCheck};
 use epirig_core::frame::Frame;
 use epirig_data::sequence::import::{Chosen, Inspector, spans_of};
@@ -15,21 +16,23 @@ pub(super) struct Inspection {
     /// Whether the order was found from the motion, so that none is better.
     is_ordered: bool,
     /// The command that measures positions.
-    calibrate: String,
+    measures: String,
+    afterwards: Afterwards,
     /// Where the frames are said to stand; `None` if nothing is said.
     places: Option<Vec<f64>>,
-    /// Whether they do not stand where they are taken to stand, and `calibrate` measures where they do.
+    /// Whether they do not stand where they are taken to stand, and it can be measured where they do.
     pub(super) is_uneven: bool,
 }
 
 impl Inspection {
-    /// An inspection of this number of frames.
-    pub(super) fn new(count: usize, is_ordered: bool, calibrate: String) -> Self {
+    /// An inspection of this number of frames. `measures` is the command that measures positions.
+    pub(super) fn new(count: usize, is_ordered: bool, measures: String, afterwards: Afterwards) -> Self {
         Self {
             check: MotionCheck::new(count),
             images: Vec::new(),
             is_ordered,
-            calibrate,
+            measures,
+            afterwards,
             places: Some(Vec::new()),
             is_uneven: false,
         }
@@ -51,6 +54,7 @@ impl Inspection {
 
     fn words(&self, doubt: &Doubt) -> Option<String> {
         Some(match doubt {
+            cured if self.afterwards == Afterwards::Measured && is_cured(cured) => return None,
             Doubt::Foreign(frames) => {
                 let (numbers, names) = self.names(frames);
                 format!(
@@ -84,7 +88,7 @@ impl Inspection {
                     self.name(*frame)
                 )
             }
-            other => return motion_words::words(other, &|frame| self.name(frame), &self.calibrate),
+            other => return motion_words::words(other, &|frame| self.name(frame), &self.measures),
         })
     }
 }
@@ -107,6 +111,11 @@ impl Inspector for Inspection {
             && !has(|doubt| matches!(doubt, Doubt::Returns(_)));
         motion.doubts.iter().filter_map(|doubt| self.words(doubt)).collect()
     }
+}
+
+/// Whether the measurement from the texture takes care of it: direction and steps of the motion.
+fn is_cured(doubt: &Doubt) -> bool {
+    matches!(doubt, Doubt::Vertical | Doubt::Oblique { .. } | Doubt::Uneven { .. })
 }
 
 fn file_name(image: &Chosen) -> String {

@@ -20,7 +20,7 @@ pub(super) fn parse_span(text: &str) -> Result<Span, String> {
 }
 
 /// A finite number above zero.
-pub(in super::super) fn parse_positive(text: &str) -> Result<f64, String> {
+pub(super) fn parse_positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(format!("\"{text}\" is not a positive number")),
