@@ -1,6 +1,6 @@
 //! Builds the volume from raw frames, as a calibration describes.
 
-use super::frames::{load, set_gains};
+use super::frames::{frames_in_order, load, set_gains};
 use super::{CALIBRATION, CalibrateError, Calibration};
 use epirig_calibration::photometry::Maps;
 use epirig_calibration::rectification::Rectifier;
@@ -26,10 +26,12 @@ pub fn load_calibrated(
     let rectifier = rectifier(sequence, calibration, maps)?;
     let tau = Tau::from_positions(&calibration.positions.tau).map_err(|error| bad(error.into()))?;
     let span = tracing::info_span!("rectification");
-    let loaded = span.in_scope(|| load(sequence, &rectifier, tau, progress));
+    let loaded = span.in_scope(|| {
+        load(sequence, &frames_in_order(sequence, Some(calibration)), &rectifier, tau, progress)
+    });
     let mut volume = loaded.map_err(bad)?;
-    if let Some(gains) = calibration.frame_gains.applied() {
-        set_gains(&mut volume, gains);
+    if let Some(gains) = calibration.gains() {
+        set_gains(&mut volume, &gains);
     }
     Ok(volume)
 }
@@ -45,7 +47,11 @@ pub fn rectifier(
 ) -> Result<Rectifier, CalibrateError> {
     let bad = |error| fault_of_the_record(sequence, error);
     let correction = calibration.photometry.correction(maps).map_err(|error| bad(error.into()))?;
-    Rectifier::new(calibration.mapping, correction).map_err(|error| bad(error.into()))
+    let rectifier = match calibration.has_motion() {
+        true => Rectifier::with_poses(calibration.mapping, correction, calibration.poses()),
+        false => Rectifier::new(calibration.mapping, correction),
+    };
+    rectifier.map_err(|error| bad(error.into()))
 }
 
 /// The frames passed when the calibration was made, so a rejection now is a fault of the record.

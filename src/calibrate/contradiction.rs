@@ -20,14 +20,23 @@ impl Calibration {
     pub fn contradiction(&self, frames: usize, rows: usize, columns: usize) -> Option<String> {
         let Self { mapping, photometry, positions, .. } = self;
         let gains = self.frame_gains.applied().map_or(frames, |gains| gains.gain.len());
+        let or_all = |count: usize| if count == 0 { frames } else { count };
+        let poses = self.camera_motion.as_ref().map_or(0, |motion| motion.poses.len());
         for (what, found) in [
             ("positions", positions.tau.len()),
             ("their sigmas", positions.tau_sigma.len()),
+            ("frames in order", or_all(positions.order.len())),
+            ("poses", or_all(poses)),
             ("gains", gains),
         ] {
             if found != frames {
                 return Some(format!("it has {found} {what} for {frames} frames"));
             }
+        }
+        let mut order = positions.order.clone();
+        order.sort_unstable();
+        if order.iter().enumerate().any(|(place, &frame)| place != frame) {
+            return Some("its order does not name every frame once".to_owned());
         }
         for (what, size) in [
             ("mapping", (mapping.raw_rows, mapping.raw_columns)),

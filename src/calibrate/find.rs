@@ -1,19 +1,22 @@
 //! The steps of a calibration, in order.
 
-use super::frames::{load, read_all, set_gains};
+use super::frames::{frames_in_order, load, read_all, set_gains};
 use super::lens::find_lens;
 use super::positions::{from_stage, from_target};
 use super::remarks::Remarks;
 use super::stage_axis::{FoundAxis, find_axis};
-use super::texture::from_texture;
+use super::texture::{FoundMotion, Seen, from_texture};
 use super::{
-    CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensSource, MapHashes,
-    PositionSource, PositionsRecord,
+    CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensRecord, LensSource,
+    MapHashes, PositionSource, PositionsRecord, StageAxisRecord,
 };
+use epirig_calibration::lens::Distortion;
 use epirig_calibration::photometry::{
     FrameGains, Linearity, Maps, Outcome, Photometry, dominant_disparity, frame_gains, linearity,
 };
 use epirig_calibration::rectification::{Mapping, Rectifier};
+use epirig_calibration::texture_motion::MotionModel;
+use epirig_core::fault::{Blame, Fault as _};
 use epirig_core::frame::{Frame, full_scale};
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
@@ -45,8 +48,13 @@ pub fn calibrate(
     sequence.check_records()?;
     let inputs = InputHashes::of(sequence);
     let nothing = inputs.counts[1..].iter().all(|count| *count == 0);
-    let texture = plan.positions == PositionSource::Texture;
-    if nothing && plan.target.is_none() && plan.lens.is_none() && !texture {
+    // Where no target tells the motion, the texture may.
+    let texture = match plan.positions {
+        PositionSource::Texture => Texture::Wanted,
+        PositionSource::Automatic if plan.target.is_none() => Texture::Tried,
+        _ => Texture::Unused,
+    };
+    if nothing && plan.target.is_none() && plan.lens.is_none() && texture == Texture::Unused {
         return Err(CalibrateError::Nothing { path: sequence.folder().to_owned() });
     }
     let record = sequence.record();
@@ -77,17 +85,8 @@ pub fn calibrate(
     let mut lens = info_span!("lens").in_scope(|| find_lens(sequence, plan, &mut remarks, progress))?;
     info!(source = ?lens.source, focal_length_px = lens.estimate.lens.focal_length_x_px, "lens known");
     let span = info_span!("stage_axis").entered();
-    let found = match &plan.target {
-        Some(target) => Some(find_axis(sequence, target, &lens.estimate, &mut remarks, progress)?),
-        None => {
-            remarks.needs.push(
-                "chess-boards above and below the object (`epirig target print`, [target] in the profile) would give the stage axis and \
-                 the position of every frame; now the motion is assumed to be exactly along the rows"
-                    .to_owned(),
-            );
-            None
-        }
-    };
+    let axis = |target| find_axis(sequence, target, &lens.estimate, &mut remarks, progress);
+    let found = plan.target.as_ref().map(axis).transpose()?;
     drop(span);
     let direction = found.as_ref().map(|found| found.stage_axis.direction).unwrap_or_default();
     if let Some(found) = &found {
@@ -100,7 +99,8 @@ pub fn calibrate(
         target = found.is_some(),
         "stage axis known"
     );
-    let mapping = Mapping::fitting(lens.estimate.lens, direction.roll_rad, direction.pan_rad, rows, columns)?;
+    let mut mapping =
+        Mapping::fitting(lens.estimate.lens, direction.roll_rad, direction.pan_rad, rows, columns)?;
     let stage_axis = found.as_ref().map(|found| found.record(mapping.camera));
 
     let _span = info_span!("positions").entered();
@@ -113,16 +113,35 @@ pub fn calibrate(
             "without flat frames, brightness cannot be compared between places in the image".to_owned(),
         ),
     };
-    if gains_are_wanted || texture {
+    let mut camera_motion = None;
+    if gains_are_wanted || texture != Texture::Unused {
         let tau = Tau::from_positions(&positions.tau)?;
         let span = info_span!("rectification");
         let rectifier = Rectifier::new(mapping, correction)?;
-        let mut volume = span.in_scope(|| load(sequence, &rectifier, tau, progress))?;
+        let mut volume =
+            span.in_scope(|| load(sequence, &frames_in_order(sequence, None), &rectifier, tau, progress))?;
         if gains_are_wanted {
             gains = find_gains(&mut volume, stage_axis.as_ref().map(|axis| axis.disparity_px));
         }
-        if texture {
-            positions = from_texture(&volume, sequence, &mut remarks, progress)?;
+        if texture != Texture::Unused {
+            let seen =
+                Seen { volume: &volume, camera: mapping.camera, may: may_be_adjusted(&lens, &stage_axis) };
+            let reported = (texture == Texture::Tried).then_some(&positions);
+            match from_texture(seen, sequence, reported, &mut remarks, progress) {
+                Ok(found) => {
+                    if found.motion.is_applied && stage_axis.is_none() {
+                        mapping = rectified_by(&found, &mut lens, size)?;
+                    }
+                    positions = found.positions;
+                    camera_motion = stage_axis.is_none().then_some(found.motion);
+                }
+                // What was taken besides is of use without it.
+                Err(error) if texture == Texture::Tried && !nothing && error.blame() == Blame::Rejection => {
+                    let why = error.message();
+                    remarks.needs.push(format!("the motion is taken to be along the rows: {why}"));
+                }
+                Err(error) => return Err(error),
+            }
         }
     }
     if let Outcome::NotApplied(reason) = &gains {
@@ -149,12 +168,46 @@ pub fn calibrate(
         frame_gains: gains,
         lens,
         stage_axis,
+        camera_motion,
         positions,
         mapping,
         notes: remarks.notes,
         needs: remarks.needs,
     };
     Ok(Calibrated { calibration, maps, stage_axis: found.map(|found| found.stage_axis) })
+}
+
+/// What the texture may tell besides positions. A target has told the direction already, and rotations of frames would be
+/// about its axis.
+fn may_be_adjusted(lens: &LensRecord, stage_axis: &Option<StageAxisRecord>) -> MotionModel {
+    let is_free = stage_axis.is_none();
+    // Where nothing else tells the distortion.
+    let is_without =
+        lens.estimate.lens.distortion == Distortion::default() && lens.source != LensSource::File;
+    MotionModel { pan: is_free, rotations: is_free, offsets: is_free, k1: is_free && is_without }
+}
+
+/// The mapping that straightens the rows of a motion, with the lens that it was seen through.
+fn rectified_by(
+    found: &FoundMotion,
+    lens: &mut LensRecord,
+    (rows, columns): (usize, usize),
+) -> Result<Mapping, CalibrateError> {
+    let FoundMotion { motion, k1, .. } = found;
+    lens.estimate.lens.distortion.k1 += k1;
+    let [roll_rad, pan_rad] = [motion.roll_deg, motion.pan_deg].map(f64::to_radians);
+    Ok(Mapping::covering(lens.estimate.lens, roll_rad, pan_rad, rows, columns, &motion.poses)?)
+}
+
+/// What the texture is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Texture {
+    /// Nothing: a target tells the motion, or the stage is to be trusted.
+    Unused,
+    /// The motion, as far as it tells it.
+    Tried,
+    /// The motion, or there is no calibration.
+    Wanted,
 }
 
 /// Refuses dark frames that are brighter than flat frames. Tested first, because later messages would
@@ -215,7 +268,7 @@ fn find_gains(volume: &mut Volume, disparity_px: Option<f64>) -> Outcome<FrameGa
     let disparity_px = disparity_px.map_or_else(|| dominant_disparity(volume), Ok);
     match disparity_px.and_then(|disparity_px| frame_gains(volume, disparity_px)) {
         Ok(gains) if gains.significant => {
-            set_gains(volume, &gains);
+            set_gains(volume, &gains.gain);
             Outcome::Applied(gains)
         }
         Ok(gains) => Outcome::NotApplied(format!(

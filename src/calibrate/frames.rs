@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::CalibrateError;
-use epirig_calibration::photometry::FrameGains;
+use super::{CalibrateError, Calibration};
 use epirig_calibration::rectification::Rectifier;
 use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
@@ -17,19 +16,32 @@ const TOGETHER: usize = 8;
 /// Loads a few frames at a time, so that only those are in memory besides the volume.
 pub(super) fn load(
     sequence: &Sequence,
+    records: &[&FrameRecord],
     rectifier: &Rectifier,
     tau: Tau,
     progress: &dyn Progress,
 ) -> Result<Volume, CalibrateError> {
     let mut volume = rectifier.volume(sequence.record().bit_depth, tau);
-    progress.begin("rectifying frames", sequence.frames().len() as u64);
-    for (chunk, records) in sequence.frames().chunks(TOGETHER).enumerate() {
+    progress.begin("rectifying frames", records.len() as u64);
+    for (chunk, records) in records.chunks(TOGETHER).enumerate() {
         let frames: Result<Vec<_>, _> = records.par_iter().map(|record| sequence.read(record)).collect();
         rectifier.insert(&mut volume, chunk * TOGETHER, &frames?)?;
         progress.advance(records.len() as u64);
     }
     progress.end();
     Ok(volume)
+}
+
+/// The frames in the order in which they are matched: with a calibration that of its positions, else as they were taken.
+pub fn frames_in_order<'a>(
+    sequence: &'a Sequence,
+    calibration: Option<&Calibration>,
+) -> Vec<&'a FrameRecord> {
+    let frames = sequence.frames();
+    match calibration.map(|calibration| &calibration.positions.order) {
+        Some(order) if !order.is_empty() => order.iter().filter_map(|&frame| frames.get(frame)).collect(),
+        _ => frames.iter().collect(),
+    }
 }
 
 /// Reads frames in parallel.
@@ -55,9 +67,9 @@ pub(super) fn read_all(
     Ok(frames?)
 }
 
-/// Equalises the brightness of all frames.
-pub(super) fn set_gains(volume: &mut Volume, gains: &FrameGains) {
-    for (frame, gain) in gains.gain.iter().enumerate() {
+/// Equalises the brightness of all frames, whose gains these are.
+pub(super) fn set_gains(volume: &mut Volume, gains: &[f64]) {
+    for (frame, gain) in gains.iter().enumerate() {
         volume.set_frame_gain(frame, (1.0 / gain) as f32);
     }
 }

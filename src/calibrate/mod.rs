@@ -31,9 +31,11 @@ pub use folder::{
     CALIBRATION, CalibrationFolder, calibration_pictures, read_calibration, read_calibration_file,
     read_calibration_picture,
 };
+pub use frames::frames_in_order;
 pub use inputs::InputHashes;
 pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
 pub use record::{
-    Calibration, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord, StageAxisRecord,
+    Calibration, CameraMotionRecord, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord,
+    StageAxisRecord,
 };
 pub(crate) use remarks::some_of;

@@ -18,6 +18,7 @@ pub(super) fn from_stage(sequence: &Sequence) -> Result<PositionsRecord, Calibra
         sequence.positions_mm().and_then(|positions| Some(positions.last()? - positions.first()?));
     Ok(PositionsRecord {
         source: PositionSource::Stage,
+        order: Vec::new(),
         tau_sigma: vec![None; tau.frames()],
         tau: tau.values().to_vec(),
         baseline_mm,
@@ -45,6 +46,7 @@ pub(super) fn from_target(
     let tau_sigma = positioning.frames.iter().map(|frame| frame.sigma_mm.map(|sigma| sigma / span)).collect();
     let mut record = PositionsRecord {
         source: PositionSource::Target,
+        order: Vec::new(),
         tau: tau.values().to_vec(),
         tau_sigma,
         baseline_mm: found.baseline_by_target_mm,

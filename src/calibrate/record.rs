@@ -6,8 +6,10 @@ use super::{InputHashes, PositionSource};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::lens::views::LensCalibration;
 use epirig_calibration::photometry::{FrameGains, Linearity, Outcome, Photometry};
-use epirig_calibration::rectification::Mapping;
+use epirig_calibration::rectification::{FramePose, Mapping};
 use epirig_calibration::stage_axis::{Direction, Outline, PositioningError, TargetScale};
+use epirig_calibration::texture_motion::MotionModel;
+use epirig_core::statistics::root_mean_square;
 
 /// Version of `calibration.json`.
 pub const FORMAT_VERSION: u32 = 4;
@@ -49,6 +51,9 @@ pub struct Calibration {
     pub lens: LensRecord,
     /// Stage axis, if a target was found.
     pub stage_axis: Option<StageAxisRecord>,
+    /// The camera's motion by the texture of the frames, if it was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera_motion: Option<CameraMotionRecord>,
     /// Position of every frame.
     pub positions: PositionsRecord,
     /// Mapping from raw to rectified pixels and back.
@@ -60,6 +65,30 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Whether the frames are rectified by the motion that their texture tells. Then the rectified frames may have pixels
+    /// that not every frame shows.
+    pub fn has_motion(&self) -> bool {
+        self.camera_motion.as_ref().is_some_and(|motion| motion.is_applied)
+    }
+
+    /// Rotation and offset of every frame, in the order of the positions; empty if frames have none.
+    pub fn poses(&self) -> Vec<FramePose> {
+        self.camera_motion.as_ref().map_or_else(Vec::new, |motion| self.in_order(&motion.poses))
+    }
+
+    /// Brightness of every frame relative to a typical one, in the order of the positions, if it is corrected.
+    pub fn gains(&self) -> Option<Vec<f64>> {
+        self.frame_gains.applied().map(|gains| self.in_order(&gains.gain))
+    }
+
+    /// Values of the frames as they were taken, in the order of their positions.
+    fn in_order<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        match self.positions.order.is_empty() {
+            true => values.to_vec(),
+            false => self.positions.order.iter().filter_map(|&frame| values.get(frame).copied()).collect(),
+        }
+    }
+
     /// The hash of the record, by which results refer to their calibration: BLAKE3 of the record as JSON
     /// without spaces, with `blake3` empty.
     pub fn hash(&self) -> String {
@@ -150,13 +179,68 @@ pub struct StageAxisRecord {
     pub target: Vec<Outline>,
 }
 
+/// The camera's motion by the texture of the frames.
+///
+/// A point with the bearing x = (u, v, 1) and the inverse depth rho is seen in a frame along R(w) (x - rho (s m + d)):
+/// m is the direction of motion, s the position, w the frame's rotation and d its offset across m.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraMotionRecord {
+    /// What was adjusted besides direction and positions.
+    pub model: MotionModel,
+    /// Whether it could be tested if more is to be adjusted: half of the points must connect all frames.
+    pub is_tested: bool,
+    /// Rotation about the optical axis, from the raw to the rectified camera, in deg.
+    pub roll_deg: f64,
+    /// Its standard uncertainty, in deg.
+    pub roll_sigma_deg: f64,
+    /// Pan after that, in deg.
+    pub pan_deg: f64,
+    /// Its standard uncertainty, in deg.
+    pub pan_sigma_deg: f64,
+    /// How far a typical point moves over the whole path, in px.
+    pub moved_px: f64,
+    /// Standard uncertainty of the position of a frame, in px of a typical point. It is large where frames turn by
+    /// themselves: a turn to the side moves all points like a step.
+    pub position_sigma_px: f64,
+    /// How far rows drift over the whole path in a corner, in px, if roll and pan are not corrected.
+    pub drift_px: f64,
+    /// Whether the mapping corrects them; a drift that is not significant is left.
+    pub is_applied: bool,
+    /// Standard uncertainty of the row of a point from frame to frame after rectification, in px.
+    pub rows_sigma_px: f64,
+    /// Number of points that were followed.
+    pub points: usize,
+    /// Share of their places that contradict the others.
+    pub rejected: f64,
+    /// Root mean square of the residuals of the others on either axis, in px.
+    pub residual_px: f64,
+    /// Rotation and offset of every frame; empty if they are not significant.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub poses: Vec<FramePose>,
+}
+
+impl CameraMotionRecord {
+    /// Root mean square of the rotations of the frames about the axes of columns, rows and view, in deg.
+    pub fn rotation_rms_deg(&self) -> [f64; 3] {
+        [0, 1, 2].map(|axis| {
+            let rotations: Vec<f64> =
+                self.poses.iter().map(|pose| pose.rotation_rad[axis].to_degrees()).collect();
+            root_mean_square(&rotations)
+        })
+    }
+}
+
 /// Position of every frame on the baseline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PositionsRecord {
     /// Source of the positions.
     pub source: PositionSource,
-    /// tau of every frame: 0 for the first, 1 for the last.
+    /// Numbers of the frames in the order of their positions; empty if they were taken in this order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub order: Vec<usize>,
+    /// tau of every frame in that order: 0 for the first, 1 for the last.
     pub tau: Vec<f64>,
     /// Standard uncertainty of each, relative to the first and the last frame; `None` for positions reported
     /// by the stage.

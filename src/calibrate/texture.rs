@@ -1,20 +1,28 @@
-//! Positions from the object's texture.
+//! The camera's motion, and the position of every frame, from the object's texture.
 
 use super::remarks::{Remarks, some_of};
-use super::{CalibrateError, PositionSource, PositionsRecord};
+use super::{CalibrateError, CameraMotionRecord, PositionSource, PositionsRecord};
+use epirig_calibration::rectification::{FramePose, RectifiedCamera};
 use epirig_calibration::stage_axis::{MeasuredTau, positioning_error};
 use epirig_calibration::texture_motion::{
-    Frames, Return, Step, TextureMotion, TextureMotionError, in_usual_steps, texture_motion,
+    CameraPose, Frames, MotionModel, MotionOptions, Return, Step, TextureMotion, TextureMotionError,
+    in_usual_steps, texture_motion,
 };
 use epirig_core::frame::full_scale;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
+use epirig_core::statistics::root_mean_square;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{Origin, Sequence};
 
 /// Places of points in frames: some hundred points in each of a hundred frames, from several anchors.
 const OBSERVATIONS: usize = 200_000;
+/// Roll and pan that are not this many standard uncertainties off are left.
+const SIGNIFICANT: f64 = 3.0;
+/// A drift of rows over the path that is less than this, in px, costs less than the resampling that corrects it.
+const LEAST_DRIFT_PX: f64 = 0.01;
+
 /// A volume as frames of 8 bit.
 struct VolumeFrames<'a>(&'a Volume);
 
@@ -43,20 +51,61 @@ impl Frames for VolumeFrames<'_> {
     }
 }
 
-/// tau of every frame from the texture; scale and origin come from the stage (or from the frame count).
+/// What the texture is looked for in.
+pub(super) struct Seen<'a> {
+    /// The frames, as `camera` sees them.
+    pub(super) volume: &'a Volume,
+    pub(super) camera: RectifiedCamera,
+    /// What may be adjusted.
+    pub(super) may: MotionModel,
+}
+
+/// What the texture tells.
+pub(super) struct FoundMotion {
+    pub(super) positions: PositionsRecord,
+    pub(super) motion: CameraMotionRecord,
+    /// First radial term of the distortion; 0 if it was not adjusted.
+    pub(super) k1: f64,
+}
+
+/// The camera's motion and tau of every frame from the texture; scale and origin come from the stage (or from the
+/// frame count). Positions that were `reported` are kept if the texture does not contradict them.
 pub(super) fn from_texture(
-    volume: &Volume,
+    seen: Seen,
     sequence: &Sequence,
+    reported: Option<&PositionsRecord>,
     remarks: &mut Remarks,
     progress: &dyn Progress,
-) -> Result<PositionsRecord, CalibrateError> {
-    progress.begin("positions from the texture", 1);
+) -> Result<FoundMotion, CalibrateError> {
+    progress.begin("motion from the texture", 1);
+    let Seen { volume, camera, may } = seen;
     let origin = &sequence.record().origin;
-    let name = |frame| name(sequence, frame);
-    let motion = texture_motion(&VolumeFrames(volume), OBSERVATIONS)
-        .map_err(|error| unmeasured(error, origin, &name))?;
+    let centre_px = [camera.principal_point_x_px, camera.principal_point_y_px];
+    let options =
+        MotionOptions { observations: OBSERVATIONS, lens_px: Some((camera.focal_length_px, centre_px)), may };
+    let motion = texture_motion(&VolumeFrames(volume), &options)
+        .map_err(|error| unmeasured(error, origin, &|frame| name(sequence, frame)))?;
     progress.advance(1);
     progress.end();
+    let found = positions(&motion, sequence, remarks)?;
+    let positions = match reported {
+        Some(reported) if !motion.model.rotations && agrees(&found) => reported.clone(),
+        _ => found,
+    };
+    let k1 = motion.cameras.k1;
+    let motion = record(&motion, camera);
+    remark(&motion, remarks);
+    Ok(FoundMotion { positions, motion, k1 })
+}
+
+/// tau of every frame, on the stage's scale if there is one.
+fn positions(
+    motion: &TextureMotion,
+    sequence: &Sequence,
+    remarks: &mut Remarks,
+) -> Result<PositionsRecord, CalibrateError> {
+    let origin = &sequence.record().origin;
+    let name = |frame| name(sequence, frame);
     let reported_mm = sequence.positions_mm();
     let frames: Vec<usize> = (0..motion.tau.len()).collect();
     let places = match &reported_mm {
@@ -64,13 +113,23 @@ pub(super) fn from_texture(
         None => frames.iter().map(|&frame| frame as f64).collect(),
     };
     let found = motion.steps(&frames, &places);
-    refuse_returns(&found, origin, &name)?;
-    note_turn(&motion, remarks);
-    let tau = Tau::from_positions(&motion.tau)?;
+    let order = order(motion);
+    // Positions that somebody has given say that frames go on.
+    if reported_mm.is_some() || matches!(origin, Origin::Captured { .. }) {
+        refuse_returns(&found, origin, &name)?;
+    } else {
+        note_returns(&found, &name, remarks);
+    }
+    let in_order = |values: &[f64]| match order.is_empty() {
+        true => values.to_vec(),
+        false => order.iter().map(|&frame| values[frame]).collect(),
+    };
+    let tau = Tau::from_positions(&in_order(&motion.tau))?;
     let mut record = PositionsRecord {
         source: PositionSource::Texture,
         tau: tau.values().to_vec(),
-        tau_sigma: motion.tau_sigma.iter().copied().map(Some).collect(),
+        tau_sigma: in_order(&motion.tau_sigma).into_iter().map(Some).collect(),
+        order,
         baseline_mm: None,
         baseline_sigma_mm: None,
         positioning_error: None,
@@ -108,6 +167,92 @@ pub(super) fn from_texture(
     record.baseline_mm = Some(scale);
     record.baseline_sigma_mm = Some((squares / f64::max(count - 1.0, 1.0) * count).sqrt() / tau);
     Ok(record)
+}
+
+/// Whether the reported positions differ from those of the texture by no more than these are known to.
+fn agrees(found: &PositionsRecord) -> bool {
+    let Some(error) = &found.positioning_error else { return false };
+    let sigmas: Vec<f64> = error.frames.iter().filter_map(|frame| frame.sigma_mm).collect();
+    error.outliers.is_empty() && error.rms_um <= 1000.0 * SIGNIFICANT * root_mean_square(&sigmas)
+}
+
+/// The frames by their positions; empty if they stand in this order.
+fn order(motion: &TextureMotion) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..motion.tau.len()).collect();
+    order.sort_by(|&a, &b| motion.tau[a].total_cmp(&motion.tau[b]));
+    if order.is_sorted() { Vec::new() } else { order }
+}
+
+/// The record of a motion that was seen by `camera`.
+fn record(motion: &TextureMotion, camera: RectifiedCamera) -> CameraMotionRecord {
+    let cameras = &motion.cameras;
+    let m = cameras.direction;
+    // R = Ry(pan) Rz(roll) turns m to the axis of columns, whichever way is nearer.
+    let roll_rad = -(m.y / m.x).atan();
+    let along = m.x * roll_rad.cos() - m.y * roll_rad.sin();
+    let pan_rad = (m.z / along).atan();
+    let moved_px = motion.position_px.last().copied().unwrap_or(0.0);
+    let corner = 0.5 * camera.rows as f64 / camera.focal_length_px;
+    let drift_px = moved_px.abs() * roll_rad.sin().hypot(pan_rad.sin() * corner);
+    let is_significant = roll_rad.abs() > SIGNIFICANT * motion.angle_sigma_rad
+        || pan_rad.abs() > SIGNIFICANT * motion.pan_sigma_rad;
+    let model = motion.model;
+    let across = cameras.across();
+    let pose = |pose: &CameraPose| FramePose {
+        rotation_rad: pose.rotation_rad.into(),
+        offset: ((across[0] * pose.offset[0] + across[1] * pose.offset[1]) * motion.typical_rho).into(),
+    };
+    let has_poses = model.rotations || model.offsets;
+    CameraMotionRecord {
+        model,
+        is_tested: motion.is_tested,
+        roll_deg: roll_rad.to_degrees(),
+        roll_sigma_deg: motion.angle_sigma_rad.to_degrees(),
+        pan_deg: pan_rad.to_degrees(),
+        pan_sigma_deg: motion.pan_sigma_rad.to_degrees(),
+        moved_px,
+        position_sigma_px: motion.position_sigma_px,
+        drift_px,
+        is_applied: has_poses || model.k1 || (is_significant && drift_px > LEAST_DRIFT_PX),
+        rows_sigma_px: motion.rows_sigma_px,
+        points: motion.points,
+        rejected: motion.rejected,
+        residual_px: motion.residual_px,
+        poses: if has_poses { cameras.frames.iter().map(pose).collect() } else { Vec::new() },
+    }
+}
+
+/// Says what was found, and what could not be.
+fn remark(motion: &CameraMotionRecord, remarks: &mut Remarks) {
+    if !motion.is_tested {
+        remarks.needs.push(
+            "frames have too few points to tell whether the camera turned by itself from frame to frame; more texture would tell"
+                .to_owned(),
+        );
+    }
+    if motion.model.rotations {
+        let [pitch, yaw, roll] = motion.rotation_rms_deg();
+        remarks.notes.push(format!(
+            "the camera turned by itself from frame to frame, by {pitch:.3} (up and down), {yaw:.3} (left and right) and {roll:.3} degrees \
+             (about its view), RMS; this is corrected"
+        ));
+    }
+}
+
+/// Says which frames do not go on; they are taken in the order of their positions.
+fn note_returns(steps: &[Step], name: &dyn Fn(usize) -> String, remarks: &mut Remarks) {
+    let returns: Vec<(usize, Return)> =
+        steps.iter().filter_map(|step| Some((step.to, step.returns()?))).collect();
+    if returns.is_empty() {
+        return;
+    }
+    let found = some_of(&returns, |(frame, how)| match how {
+        Return::Back(steps) => {
+            format!("{} stands {steps:.2} steps before the one in front of it", name(*frame))
+        }
+        _ => format!("{} stands where the one in front of it does", name(*frame)),
+    });
+    remarks.notes.push(format!("{found}; the frames are taken in the order of their positions"));
 }
 
 /// A frame, with the image that it was made of.
@@ -158,20 +303,6 @@ fn cure(origin: &Origin, of_images: &'static str) -> &'static str {
     match origin {
         Origin::Imported { .. } => of_images,
         _ => "look at those frames and take the scan again, or",
-    }
-}
-
-/// Tells of a motion that is not along the rows by so much that it costs accuracy.
-fn note_turn(motion: &TextureMotion, remarks: &mut Remarks) {
-    if motion.turn_costs() {
-        remarks.needs.push(format!(
-            "the motion is at {:.2} degrees to the rows, so points move by {:.1} px across them, and a match needs motion along the rows: \
-             turn the images by {:.2} degrees {} in an image program, and import them again",
-            motion.angle_rad.to_degrees().abs(),
-            motion.drift_px().abs(),
-            motion.angle_rad.to_degrees().abs(),
-            motion.cure(),
-        ));
     }
 }
 

@@ -6,12 +6,16 @@ use epirig_data::sequence::Sequence;
 
 /// The first contradiction within the record, if there is one.
 pub(super) fn by_itself(calibration: &Calibration) -> Option<String> {
-    let Calibration { lens, mapping, stage_axis, positions, .. } = calibration;
+    let Calibration { lens, mapping, stage_axis, camera_motion, positions, .. } = calibration;
     if lens.estimate.lens != mapping.lens {
         return Some("its mapping belongs to another lens than its lens record".to_owned());
     }
     let direction = stage_axis.as_ref().map(|axis| axis.direction).unwrap_or_default();
-    if [direction.roll_rad, direction.pan_rad] != [mapping.roll_rad, mapping.pan_rad] {
+    let turned = match camera_motion.as_ref().filter(|motion| motion.is_applied) {
+        Some(motion) => [motion.roll_deg.to_radians(), motion.pan_deg.to_radians()],
+        None => [direction.roll_rad, direction.pan_rad],
+    };
+    if turned != [mapping.roll_rad, mapping.pan_rad] {
         return Some("its mapping belongs to another stage axis than its record".to_owned());
     }
     if let Some(axis) = stage_axis

@@ -13,8 +13,8 @@ use super::scan::match_command;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{
-    CALIBRATION, CalibrateError, Calibration, CalibrationPlan, LensKnowledge, LensSource, PositionSource,
-    read_calibration_file,
+    CALIBRATION, CalibrateError, Calibration, CalibrationPlan, CameraMotionRecord, LensKnowledge, LensSource,
+    PositionSource, read_calibration_file,
 };
 use crate::pipeline::{calibrate_sequence, calibration_need};
 use crate::profile::Profile;
@@ -275,6 +275,12 @@ pub(super) fn describe(calibration: &Calibration) -> String {
             ),
         );
     }
+    if let Some(motion) = &calibration.camera_motion {
+        line("roll", with_sigma(motion.roll_deg, motion.roll_sigma_deg, "deg"));
+        line("pan", with_sigma(motion.pan_deg, motion.pan_sigma_deg, "deg"));
+        line("frames turn", turns(motion));
+        line("rows", rows(motion));
+    }
     let positions = &calibration.positions;
     line(
         "positions",
@@ -307,6 +313,26 @@ pub(super) fn describe(calibration: &Calibration) -> String {
     let camera = calibration.mapping.camera;
     line("rectified frames", format!("{} x {}", camera.columns, camera.rows));
     text
+}
+
+/// What frames have by themselves.
+fn turns(motion: &CameraMotionRecord) -> String {
+    if motion.poses.is_empty() {
+        let why =
+            if motion.is_tested { "no more than they can be measured" } else { "not known: too few points" };
+        return why.to_owned();
+    }
+    let [pitch, yaw, roll] = motion.rotation_rms_deg();
+    let offsets = if motion.model.offsets { "; and leave the straight line" } else { "" };
+    format!("by {pitch:.3}, {yaw:.3} and {roll:.3} deg RMS (pitch, yaw, roll), corrected{offsets}")
+}
+
+fn rows(motion: &CameraMotionRecord) -> String {
+    let CameraMotionRecord { drift_px, rows_sigma_px, points, residual_px, .. } = motion;
+    let corrected = if motion.is_applied { "corrected" } else { "not significant" };
+    format!(
+        "drift by {drift_px:.2} px, {corrected}; known to {rows_sigma_px:.4} px ({points} points, residuals {residual_px:.3} px RMS)"
+    )
 }
 
 fn lens(calibration: &Calibration) -> String {

@@ -2,6 +2,7 @@
 
 use crate::calibrate::{Calibration, PositionSource};
 use crate::number::{ascii, significant};
+use epirig_core::statistics::root_mean_square;
 
 /// A step of more usual steps than this is a gap.
 const GAP: f64 = 1.5;
@@ -12,30 +13,51 @@ pub(super) fn motion_sentence(calibration: &Calibration) -> String {
     let turned = turn(calibration);
     let steps = match calibration.positions.source {
         PositionSource::Stage => vec!["positions as given".to_owned()],
-        _ => steps(&calibration.positions.tau),
+        _ => steps(&calibration.positions.tau, step_sigma(calibration)),
     };
     turned.into_iter().chain(steps).collect::<Vec<_>>().join(", ")
 }
 
-/// How the camera is turned to the motion; nothing of angles that are not significant.
+/// How the camera is turned to the motion, and by itself; nothing of angles that are not significant.
 fn turn(calibration: &Calibration) -> Vec<String> {
-    let Some(axis) = &calibration.stage_axis else { return Vec::new() };
-    let angles =
-        [("turned by", axis.roll_deg, axis.roll_sigma_deg), ("panned by", axis.pan_deg, axis.pan_sigma_deg)];
-    let significant = angles.into_iter().filter(|(_, degrees, sigma)| degrees.abs() > 2.0 * sigma);
-    significant.map(|(word, degrees, _)| format!("{word} {:.2} degrees", degrees.abs())).collect()
+    let angles = match (&calibration.stage_axis, &calibration.camera_motion) {
+        (Some(axis), _) => [(axis.roll_deg, axis.roll_sigma_deg), (axis.pan_deg, axis.pan_sigma_deg)],
+        (None, Some(motion)) if motion.is_applied => {
+            [(motion.roll_deg, motion.roll_sigma_deg), (motion.pan_deg, motion.pan_sigma_deg)]
+        }
+        (None, _) => return Vec::new(),
+    };
+    let significant = ["turned by", "panned by"].into_iter().zip(angles);
+    let significant = significant.filter(|(_, (degrees, sigma))| degrees.abs() > 3.0 * sigma);
+    let words = significant.map(|(word, (degrees, _))| format!("{word} {:.2} degrees", degrees.abs()));
+    let wobble = calibration.camera_motion.as_ref().filter(|motion| motion.model.rotations).map(|motion| {
+        let rms_deg = root_mean_square(&motion.rotation_rms_deg());
+        format!("wobbling by {} degrees", ascii(&crate::number::significant(rms_deg, 2)))
+    });
+    words.chain(wobble).collect()
 }
 
-/// How steps differ from the usual one, but for gaps; and how many gaps there are.
-fn steps(tau: &[f64]) -> Vec<String> {
+/// How well steps are known, as a share of the path: where frames turn by themselves, a turn looks like a step.
+fn step_sigma(calibration: &Calibration) -> f64 {
+    calibration.camera_motion.as_ref().map_or(0.0, |motion| motion.position_sigma_px / motion.moved_px.abs())
+}
+
+/// How steps differ from the usual one, but for gaps; and how many gaps there are. Steps are known to `sigma`, in the unit
+/// of tau.
+fn steps(tau: &[f64], sigma: f64) -> Vec<String> {
     let steps: Vec<f64> = tau.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let usual = median(&steps);
     let shares = steps.iter().map(|step| step / usual);
     let (gaps, others): (Vec<f64>, Vec<f64>) = shares.partition(|share| *share > GAP);
     let squares: f64 = others.iter().map(|share| (share - 1.0).powi(2)).sum();
     let percent = 100.0 * (squares / others.len().max(1) as f64).sqrt();
-    // Below a hundredth of a percent there is nothing to tell.
+    // Below a hundredth of a percent there is nothing to tell, nor where steps are not known so well.
+    let known_percent = 100.0 * sigma / usual;
     let differ = match percent {
+        small if small < 3.0 * known_percent => format!(
+            "steps equal to {} %, as far as they are known",
+            ascii(&significant(3.0 * known_percent, 1))
+        ),
         small if small < 0.005 => "equal steps".to_owned(),
         small if small < 0.1 => format!("steps differ by {small:.2} %"),
         large => format!("steps differ by {} %", ascii(&significant(large, 2))),
@@ -66,7 +88,7 @@ mod tests {
             Some(*place / whole)
         });
         let tau: Vec<f64> = std::iter::once(0.0).chain(places).collect();
-        steps(&tau).join(", ")
+        steps(&tau, 0.0).join(", ")
     }
 
     #[test]

@@ -2,13 +2,33 @@
 
 use crate::calibrate::some_of;
 use epirig_calibration::motion::Doubt;
-use epirig_calibration::texture_motion::{Return, Turn};
+use epirig_calibration::texture_motion::Return;
 
 /// What is wrong with direction or steps, and the cure; `None` for other doubts. `name` names a frame, `calibrate` is
 /// the command that measures positions.
 pub(super) fn words(doubt: &Doubt, name: &dyn Fn(usize) -> String, calibrate: &str) -> Option<String> {
     Some(match doubt {
-        Doubt::Oblique { degrees, drift_px, turn } => oblique(*degrees, *drift_px, *turn),
+        Doubt::Vertical => {
+            format!(
+                "what moves goes along the columns, and a match needs motion along the rows: `{calibrate}` turns the frames"
+            )
+        }
+        Doubt::Oblique { degrees, drift_px } => {
+            let size = degrees.abs();
+            let how_far = match drift_px {
+                Some(drift_px) => {
+                    // As many digits as tell a tenth of a pixel over the baseline.
+                    let digits = if size < 10.0 { 2 } else { 1 };
+                    format!(
+                        "at {size:.digits$} degrees to the rows, {drift_px:.1} px across them from the first image to the last"
+                    )
+                }
+                None => format!("at about {size:.0} degrees to the rows"),
+            };
+            format!(
+                "what moves goes {how_far}, and a match needs motion along them: `{calibrate}` measures the direction and turns the frames"
+            )
+        }
         Doubt::Uneven { displacement_px, share, gaps } => {
             let mut what = Vec::new();
             if !gaps.is_empty() {
@@ -34,30 +54,11 @@ pub(super) fn words(doubt: &Doubt, name: &dyn Fn(usize) -> String, calibrate: &s
                 _ => format!("the step to {} cannot be told from none", name(*frame)),
             });
             format!(
-                "a match needs frames that go on: {what}; import without them (--exclude), or in order (--sort motion)"
+                "a match needs frames that go on: {what}; `{calibrate}` takes them in the order of their positions"
             )
         }
         _ => return None,
     })
-}
-
-/// A motion at an angle to the rows.
-fn oblique(degrees: f64, drift_px: Option<f64>, way: Turn) -> String {
-    let size = degrees.abs();
-    match drift_px {
-        Some(drift_px) => {
-            // As many digits as tell a tenth of a pixel over the baseline.
-            let digits = if size < 10.0 { 2 } else { 1 };
-            format!(
-                "what moves goes at {size:.digits$} degrees to the rows, {drift_px:.1} px across them from the first image to the last, and a match \
-                 needs motion along them: turn the images {way} by {size:.digits$} degrees in an image program, or turn the camera"
-            )
-        }
-        None => format!(
-            "what moves goes at about {size:.0} degrees to the rows, and a match needs motion along them: turn the images {way} by that angle in an \
-             image program, or turn the camera"
-        ),
-    }
 }
 
 #[cfg(test)]
@@ -68,12 +69,11 @@ mod tests {
     #[test]
     fn angles_and_steps_are_told_with_digits_that_mean_something() {
         let words = |doubt| words(&doubt, &|frame| format!("image {frame}"), "epirig calibrate seq").unwrap();
-        let oblique =
-            |degrees, drift_px| words(Doubt::Oblique { degrees, drift_px, turn: Turn::against(degrees) });
+        let oblique = |degrees, drift_px| words(Doubt::Oblique { degrees, drift_px });
         let turned = oblique(1.974, Some(6.04));
         assert!(turned.contains("1.97 degrees") && turned.contains("6.0 px"), "{turned}");
-        assert!(turned.contains("counter-clockwise by 1.97"), "{turned}");
-        assert!(oblique(-45.2, None).contains(" clockwise by that"));
+        assert!(oblique(-45.2, None).contains("at about 45 degrees"));
+        assert!(words(Doubt::Vertical).contains("`epirig calibrate seq` turns the frames"));
         let uneven = |share, gaps| words(Doubt::Uneven { displacement_px: 2.1, share, gaps });
         let gap = |from| Step { from, to: from + 2, length: 3.0, sigma: 0.01, taken: 2.0 };
         let gaps = uneven(0.0, (5..10).map(gap).collect());

@@ -41,12 +41,17 @@ fn measured(sequence: &Sequence, calibration: Option<&(Calibration, Maps)>) -> (
         None => sequence.positions_mm(),
     };
     let mut motion = check.motion(places.as_deref());
-    if calibration.is_some_and(|calibration| calibration.stage_axis.is_some()) {
-        // The frames were turned by its direction before they were matched.
-        motion.doubts.retain(|doubt| !matches!(doubt, Doubt::Oblique { .. }));
-    }
+    // The frames were turned and ordered by it before they were matched.
+    let has = |what: fn(&Calibration) -> bool| calibration.is_some_and(what);
+    let (is_turned, is_ordered) =
+        (has(|found| found.stage_axis.is_some()), has(|found| found.camera_motion.is_some()));
+    motion.doubts.retain(|doubt| match doubt {
+        Doubt::Vertical | Doubt::Oblique { .. } => !is_turned && !is_ordered,
+        Doubt::Uneven { .. } | Doubt::Returns(_) => !is_ordered,
+        _ => true,
+    });
     let overwrite = if calibration.is_some() { " --overwrite" } else { "" };
-    (motion, format!("epirig calibrate {} --positions texture{overwrite}", quoted(sequence.folder())))
+    (motion, format!("epirig measure {}{overwrite}", quoted(sequence.folder())))
 }
 
 /// What was measured, and what helps.
@@ -78,9 +83,6 @@ fn doubt(doubt: &Doubt, calibrate: &str) -> Option<String> {
             )
         }
         Doubt::Still => "take frames from places along a line".to_owned(),
-        Doubt::Vertical => {
-            "a match needs motion along the rows; import the images with --rotate 90".to_owned()
-        }
         Doubt::Disorder(_) => {
             "the frames are not in the order of the motion; import the images with --sort motion".to_owned()
         }
@@ -102,7 +104,7 @@ mod tests {
         let vertical = Motion { step_px: Some((0.0, 4.0)), doubts: vec![Doubt::Vertical] };
         assert!(
             words(&vertical, false, "").contains("4.00 px along the columns")
-                && words(&vertical, false, "").contains("--rotate 90")
+                && words(&vertical, false, "epirig calibrate seq").contains("`epirig calibrate seq` turns")
         );
         let still = Motion { step_px: Some((0.0, 0.0)), doubts: vec![Doubt::Still] };
         assert!(words(&still, false, "").starts_with("nothing moves in the frames: take frames"));

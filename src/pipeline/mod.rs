@@ -105,7 +105,7 @@ pub fn measure(
 ) -> Result<Measurement, PipelineError> {
     let volume = load(sequence, calibration, progress)?;
     let calibration = calibration.map(|(calibration, _)| calibration);
-    let inside = region.inside(volume.rows(), volume.columns());
+    let inside = asked(region, calibration, (volume.rows(), volume.columns()));
     let is_shown = |y: &usize| inside.as_ref().is_none_or(|inside| inside.row(*y).contains(&true));
     let shown: Vec<usize> = (0..volume.rows()).filter(is_shown).collect();
     let middle = shown.get(shown.len() / 2).copied().unwrap_or_default();
@@ -153,6 +153,21 @@ pub fn measure(
     progress.end();
     info!("results packed");
     Ok(Measurement { maps, heights, summary })
+}
+
+/// The pixels that are matched: those of the region that all frames show; `None` if these are all.
+fn asked(
+    region: &Region,
+    calibration: Option<&Calibration>,
+    (rows, columns): (usize, usize),
+) -> Option<Grid<bool>> {
+    let inside = region.inside(rows, columns);
+    let Some(calibration) = calibration.filter(|calibration| calibration.has_motion()) else { return inside };
+    let mut seen = calibration.mapping.seen(&calibration.poses());
+    if let Some(inside) = inside {
+        seen.values_mut().iter_mut().zip(inside.values()).for_each(|(seen, inside)| *seen = *seen && *inside);
+    }
+    Some(seen)
 }
 
 /// Writes maps and their pictures. Packing takes longer than writing, so files are packed side by side.

@@ -72,7 +72,9 @@ pub fn calibration_need(frames: Frames, others: usize, positions: PositionSource
     // The scan's frames are held rectified, the others raw.
     let rectified = Frames { sample_bytes: 2, ..frames };
     let texture = match positions {
-        PositionSource::Texture => texture_motion::need(frames.count, frames.rows, frames.columns),
+        PositionSource::Texture | PositionSource::Automatic => {
+            texture_motion::need(frames.count, frames.rows, frames.columns)
+        }
         _ => 0,
     };
     rectified.with(CALIBRATION) + others as u64 * frames.pixels() * frames.sample_bytes as u64 + texture

@@ -1,16 +1,16 @@
 //! A frame as the matcher saw it, to be shown beside maps.
 
 use super::error::PipelineError;
-use crate::calibrate::{CalibrateError, Calibration, rectifier};
+use crate::calibrate::{CalibrateError, Calibration, frames_in_order, rectifier};
 use epirig_calibration::photometry::Maps;
 use epirig_calibration::rectification::Rectifier;
 use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_data::sequence::Sequence;
+use epirig_data::sequence::{FrameRecord, Sequence};
 
-/// Frame `t` of `sequence` as it is matched, in DN: with a calibration corrected and rectified; rows x columns of the
-/// maps.
+/// Frame `t` of `sequence` as it is matched, in DN: with a calibration corrected and rectified, and counted in the order
+/// of its positions; rows x columns of the maps.
 ///
 /// # Errors
 /// [`PipelineError`] if there is no such frame, or it cannot be read or rectified.
@@ -20,19 +20,21 @@ pub fn matched_frame(
     t: usize,
 ) -> Result<Grid<f32>, PipelineError> {
     let made = calibration.map(|(calibration, maps)| rectifier(sequence, calibration, maps)).transpose()?;
-    frame_in_dn(sequence, t, made.as_ref())
+    let frames = frames_in_order(sequence, calibration.map(|(calibration, _)| calibration));
+    frame_in_dn(sequence, &frames, t, made.as_ref())
 }
 
-/// Frame `t` of `sequence` in DN: with a rectifier corrected and rectified.
+/// Frame `t` of these `frames` of `sequence` in DN: with a rectifier corrected and rectified.
 ///
 /// # Errors
 /// As [`matched_frame`].
 pub fn frame_in_dn(
     sequence: &Sequence,
+    frames: &[&FrameRecord],
     t: usize,
     rectifier: Option<&Rectifier>,
 ) -> Result<Grid<f32>, PipelineError> {
-    let record = sequence.frames().get(t).ok_or(PipelineError::NoSuchFrame(t))?;
+    let record = frames.get(t).ok_or(PipelineError::NoSuchFrame(t))?;
     let frame = sequence.read(record)?;
     let Some(rectifier) = rectifier else {
         let mut grid = Grid::filled(frame.rows(), frame.columns(), 0.0_f32);
@@ -42,7 +44,7 @@ pub fn frame_in_dn(
     // A volume has two frames at least.
     let tau = Tau::equidistant(2).map_err(CalibrateError::Positions)?;
     let mut volume = rectifier.volume(frame.bit_depth(), tau);
-    rectifier.insert(&mut volume, 0, &[frame]).map_err(CalibrateError::Rectify)?;
+    rectifier.insert_as(&mut volume, (0, t), &[frame]).map_err(CalibrateError::Rectify)?;
     Ok(volume_frame(&volume, 0))
 }
 

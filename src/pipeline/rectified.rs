@@ -4,7 +4,9 @@ use std::path::Path;
 
 use super::PipelineError;
 use super::geometry::calibrated_scale;
-use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, load_calibrated};
+use crate::calibrate::{
+    CalibrateError, Calibration, LensSource, PositionSource, frames_in_order, load_calibrated,
+};
 use epirig_calibration::photometry::Maps;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Progress;
@@ -43,7 +45,8 @@ pub fn rectify_sequence(
         focal_length_sigma: scale.focal_length,
         baseline_sigma: scale.baseline,
     };
-    let sources: Vec<String> = sequence.frames().iter().map(|record| record.file.clone()).collect();
+    let sources: Vec<String> =
+        frames_in_order(sequence, Some(calibration)).iter().map(|record| record.file.clone()).collect();
     let record = SequenceRecord {
         intrinsics: (calibration.lens.source != LensSource::Unknown).then_some(Intrinsics {
             focal_length_px: camera.focal_length_px,

@@ -2,7 +2,7 @@
 
 use super::inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, chart, write_answers};
 use super::{OpenedResults, PipelineError, matched_frame};
-use crate::calibrate::{calibration_pictures, read_calibration_picture};
+use crate::calibrate::{calibration_pictures, frames_in_order, read_calibration_picture};
 use crate::report::html::{CalibrationPart, Maps, Report, Scan};
 use crate::results::{ResultMap, ResultsFolder, SurfaceSummary, names};
 use epirig_core::grid::Grid;
@@ -56,7 +56,8 @@ fn surface_report(
     let hashed = SOURCES.map(|map| map.row().file).into_iter();
     let hashed = hashed.filter_map(|name| Some((name, opened.files.hash_of(name)?.to_owned())));
     // The report does without a frame or a picture that is no longer there.
-    let frame = sequence.frames().get(opened.matched.reference);
+    let calibration = opened.calibration.as_ref().map(|(calibration, _)| calibration);
+    let frame = frames_in_order(sequence, calibration).get(opened.matched.reference).copied();
     let photograph = frame.and_then(|record| sequence.read(record).ok());
     let folder = sequence.folder();
     let picture = |name: String| {

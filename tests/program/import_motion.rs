@@ -49,12 +49,14 @@ fn of_sound_frames_nothing_is_said() {
 }
 
 #[test]
-fn motion_along_the_columns_is_told_and_turning_helps() {
+fn motion_along_the_columns_is_told_and_cured() {
     let folder = tempfile::tempdir().unwrap();
     photographs(&folder.path().join("photos"), &(0..FRAMES).collect::<Vec<_>>());
     let said = notes(folder.path(), &["--rotate", "90"]);
-    assert!(said.contains("along the columns") && said.contains("--rotate 90"), "{said}");
+    assert!(said.contains("along the columns") && said.contains("`epirig measure seq` turns"), "{said}");
     assert!(findings(folder.path())[0].contains("along the columns"));
+    let measured = succeeds(folder.path(), &["-q", "measure", "seq"]);
+    assert!(measured.contains("turned by 90.0") || measured.contains("turned by 89.9"), "{measured}");
     fs::remove_dir_all(folder.path().join("photos")).unwrap();
     fs::rename(folder.path().join("seq/frames"), folder.path().join("photos")).unwrap();
     assert!(!notes(folder.path(), &["--rotate", "90"]).contains("columns"));
@@ -190,15 +192,36 @@ fn missing_frames_are_told_and_positions_from_the_texture_are_right() {
 }
 
 #[test]
-fn frames_that_do_not_go_on_are_named_and_refused() {
+fn frames_that_do_not_go_on_are_named_and_put_in_order() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     at(&path.join("photos"), &[0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], 0.0);
     let said = notes(path, &[]);
     assert!(said.contains("the step to image 4 (4.png) cannot be told from none"), "{said}");
-    assert!(said.contains("--exclude") && !said.contains("the steps are not"), "{said}");
+    assert!(
+        said.contains("`epirig measure seq` takes them in the order") && !said.contains("the steps are not"),
+        "{said}"
+    );
     at(&path.join("photos"), &[0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 5.3, 7.0, 8.0], 0.0);
-    assert!(notes(path, &[]).contains("--sort motion"));
+    let said = notes(path, &[]);
+    assert!(said.contains("--sort motion") || said.contains("image 8 (8.png) stands 0.7"), "{said}");
+    let output = epirig(path, &["calibrate", "seq", "--positions", "texture"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    for words in [
+        "frame 4 (4.png) stands where the one in front of it does",
+        "(8.png) stands 0.7",
+        "in the order of their positions",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let record: serde_json::Value =
+        serde_json::from_slice(&fs::read(path.join("seq/calibration.json")).unwrap()).unwrap();
+    let order: Vec<u64> = serde_json::from_value(record["positions"]["order"].clone()).unwrap();
+    // Frames 3 and 4 stand at one place, so either may come first.
+    let without: Vec<u64> = order.iter().copied().filter(|frame| ![3, 4].contains(frame)).collect();
+    assert_eq!(without, [0, 1, 2, 5, 6, 8, 7, 9, 10]);
+    // Positions that somebody has given are contradicted.
+    notes(path, &["--step-mm", "1"]);
     fails(
         path,
         &["calibrate", "seq", "--positions", "texture"],

@@ -102,7 +102,9 @@ fn photographs_without_motion_are_refused_with_the_cause() {
 
     photographs(&path.join("back"), &[0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
     let words = ["frame 4 (4.png) cannot be told from none", "--exclude", "`epirig match returns`"];
-    fails(path, &["measure", "back", "--out", "returns"], 6, &words);
+    fails(path, &["measure", "back", "--out", "returns", "--step-mm", "1"], 6, &words);
+    // Without positions that say otherwise, frames of one place are both used.
+    succeeds(path, &["measure", "back", "--out", "repeated"]);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use crate::promises::{Bounds, Figures, Promise};
-use epirig_calibration::texture_motion::{Frames, texture_motion};
+use epirig_calibration::texture_motion::{Frames, MotionOptions, texture_motion};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
@@ -30,10 +30,10 @@ const STEPS: f64 = 40.0;
 /// Pixels count as textured whose sigma is below this in both halves, in px per 40 frames: the median of the differences of two
 /// Gaussian errors is 0.95 of their sigma, so 0.02 px can be asked only of pixels that are known about so well.
 const TEXTURED_SIGMA_PX: f32 = 0.03;
-/// A median of few pixels would say little. Almost no pixel is so certain here: 0.0035 of them, and
+/// A median of few pixels would say little. Almost no pixel is so certain here: 0.0010 of them, and
 /// 0.0004 by all photographs. These are 120 pixels in some clusters; fewer than 100 would tell no
 /// median to a tenth of the scatter.
-const TEXTURED: Promise = Promise::missed(Bounds::at_least(0.05), Bounds::at_least(0.0016));
+const TEXTURED: Promise = Promise::missed(Bounds::at_least(0.05), Bounds::at_least(0.0008));
 const TEXTURED_OF_ALL: Promise = Promise::missed(Bounds::at_least(0.05), Bounds::at_least(0.0003));
 /// 0.0225 is what is reached, of some hundred pixels.
 const DIFFERENCE_PX: Promise = Promise::missed(Bounds::at_most(0.02), Bounds::at_most(0.025));
@@ -87,7 +87,7 @@ fn matched(used: Used, volume: &Volume, frames: &[usize], reference: usize) -> D
 /// not the same in odd and even frames; so both halves need true positions before they can agree.
 fn with_true_positions(volume: &Volume) -> Volume {
     let frames: Vec<usize> = (0..volume.frames()).collect();
-    let motion = texture_motion(&Shown(volume), 100_000).unwrap();
+    let motion = texture_motion(&Shown(volume), &MotionOptions::of_positions(100_000)).unwrap();
     let rows: Vec<usize> = (0..volume.rows()).collect();
     volume.selected(&rows, &frames, Tau::from_positions(&motion.tau).unwrap())
 }

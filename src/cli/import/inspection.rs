@@ -65,9 +65,6 @@ impl Inspection {
             Doubt::Still => "nothing moves from the first image to the last: parts with texture stay within a fifth of a pixel; a match \
                              needs images from places along a line"
                 .to_owned(),
-            Doubt::Vertical => {
-                "what moves goes along the columns, and a match needs motion along the rows; import with --rotate 90".to_owned()
-            }
             Doubt::Disorder(_) if self.is_ordered => return None,
             Doubt::Disorder(order) => {
                 let place = (1..order.len()).find(|&place| order[place].abs_diff(order[place - 1]) != 1)?;
@@ -115,7 +112,7 @@ impl Inspector for Inspection {
 
 /// Whether the measurement from the texture takes care of it: direction and steps of the motion.
 fn is_cured(doubt: &Doubt) -> bool {
-    matches!(doubt, Doubt::Vertical | Doubt::Oblique { .. } | Doubt::Uneven { .. })
+    matches!(doubt, Doubt::Vertical | Doubt::Oblique { .. } | Doubt::Uneven { .. } | Doubt::Returns(_))
 }
 
 fn file_name(image: &Chosen) -> String {

@@ -47,8 +47,10 @@ struct StageEvent {
 pub(super) fn course(view: &ResultsView) -> StageInfo {
     let sequence = &view.sequence;
     let opened = view.results.as_ref();
+    let calibration = opened.and_then(|opened| opened.calibration.as_ref()).map(|(found, _)| found);
+    // Frames that are taken in another order stand not where they were said to.
     let measured =
-        opened.and_then(|opened| opened.calibration.as_ref()).map(|(found, _)| &found.positions.tau);
+        calibration.filter(|found| found.positions.order.is_empty()).map(|found| &found.positions.tau);
     let reported = sequence.tau().ok();
     let disparity_px = opened.and_then(|opened| opened.matched.median_disparity_px);
     let measured_error_px = |place: usize| {

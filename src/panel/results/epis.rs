@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use tracing::info;
 
-use crate::calibrate::{Calibration, rectifier};
+use crate::calibrate::{Calibration, frames_in_order, rectifier};
 use crate::panel::PanelError;
 use crate::panel::background::background;
 use epirig_calibration::photometry::Maps;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_data::sequence::{FrameRecord, Sequence, SequenceError};
+use epirig_data::sequence::{Sequence, SequenceError};
 use epirig_data::storage::ScratchFile;
 
 /// Frames that are read together; the lanes of the rectifier.
@@ -132,7 +132,7 @@ impl Epis {
             Some((calibration, _)) => Tau::from_positions(&calibration.positions.tau)?,
             None => sequence.tau()?,
         };
-        let gains = calibrated.as_ref().and_then(|(calibration, _)| calibration.frame_gains.applied());
+        let gains = calibrated.as_ref().and_then(|(calibration, _)| calibration.gains());
         let shape = Shape {
             rows,
             columns,
@@ -140,18 +140,19 @@ impl Epis {
             fine: calibrated.is_some() || original_bits.is_some(),
             gains: gains.map_or_else(
                 || vec![1.0; tau.frames()],
-                |gains| gains.gain.iter().map(|gain| (1.0 / gain) as f32).collect(),
+                |gains| gains.iter().map(|gain| (1.0 / gain) as f32).collect(),
             ),
             tau,
         };
         let file = ScratchFile::on_the_disk_of(sequence.folder()).map_err(PanelError::Keep)?;
         let all = shape.tau.frames();
-        for (chunk, records) in sequence.frames().chunks(TOGETHER).enumerate() {
+        let in_order = frames_in_order(sequence, calibration.as_ref().map(|(calibration, _)| calibration));
+        for (chunk, records) in in_order.chunks(TOGETHER).enumerate() {
             let frames: Result<Vec<Frame>, SequenceError> =
-                records.par_iter().map(|record: &FrameRecord| sequence.read(record)).collect();
+                records.par_iter().map(|record| sequence.read(record)).collect();
             let mut few = shape.volume(rows, Tau::equidistant(TOGETHER)?);
             match &calibrated {
-                Some((_, rectifier)) => rectifier.insert(&mut few, 0, &frames?)?,
+                Some((_, rectifier)) => rectifier.insert_as(&mut few, (0, chunk * TOGETHER), &frames?)?,
                 None => {
                     for (index, frame) in frames?.iter().enumerate() {
                         let put = if shape.fine {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::pyramid::{Pyramid, Reduction};
-use crate::calibrate::{Calibration, rectifier};
+use crate::calibrate::{Calibration, frames_in_order, rectifier};
 use crate::panel::PanelError;
 use crate::pipeline::frame_in_dn;
 use epirig_calibration::photometry::Maps;
@@ -74,7 +74,9 @@ impl Frames {
             (FrameKind::Rectified, Some((calibration, maps))) => Some(self.rectifier(calibration, maps)?),
             _ => None,
         };
-        let grid = frame_in_dn(&self.sequence, t, rectifier.as_deref())?;
+        let calibration = self.calibration.as_ref().map(|(calibration, _)| calibration);
+        let frames = frames_in_order(&self.sequence, calibration);
+        let grid = frame_in_dn(&self.sequence, &frames, t, rectifier.as_deref())?;
         let picture = Arc::new(Pyramid::new(grid, Reduction::Mean));
         let mut kept = lock();
         if kept.len() == KEPT {

@@ -156,7 +156,9 @@ pub(in crate::report) fn bare() -> Calibrated {
             corners_of_board: 0,
         },
         stage_axis: None,
+        camera_motion: None,
         positions: PositionsRecord {
+            order: Vec::new(),
             source: PositionSource::Stage,
             tau: Vec::new(),
             tau_sigma: Vec::new(),

@@ -3,7 +3,7 @@
 use super::contents::{CalibrationPart, Report};
 use super::markup::{cells, pair, pairs, table};
 use super::picture::Picture;
-use crate::calibrate::{Calibration, PositionSource, PositionsRecord, StageAxisRecord};
+use crate::calibrate::{Calibration, CameraMotionRecord, PositionSource, PositionsRecord, StageAxisRecord};
 use crate::number::{fixed, percent, sigma, significant, with_sigma};
 use epirig_calibration::lens::views::LensCalibration;
 use epirig_calibration::photometry::{DarkModel, DarkRecord, FlatField, FlatModel, FrameGains, Outcome};
@@ -23,6 +23,7 @@ pub(super) fn calibration(report: &Report<'_>) -> Markup {
         (photometry(found))
         (lens(found))
         @if let Some(axis) = &found.stage_axis { (stage_axis(axis)) }
+        @if let Some(motion) = &found.camera_motion { (camera_motion(motion)) }
         (positions(&found.positions))
         (remarks("Notes of the calibration:", &found.notes))
         (remarks("What would improve it:", &found.needs))
@@ -157,6 +158,30 @@ fn stage_axis(axis: &StageAxisRecord) -> Markup {
         }))
     };
     pairs("Stage axis and rectification", rows)
+}
+
+fn camera_motion(motion: &CameraMotionRecord) -> Markup {
+    let turned = match motion.poses.is_empty() {
+        true if motion.is_tested => "no more than can be measured".to_owned(),
+        true => "not known: too few points".to_owned(),
+        false => {
+            let rms = motion.rotation_rms_deg().map(|rms| fixed(rms, 3)).join(", ");
+            format!("{rms} deg rms (pitch, yaw, roll), corrected")
+        }
+    };
+    let corrected = if motion.is_applied { "corrected" } else { "not significant, left" };
+    let rows = html! {
+        (pair("roll", with_sigma(motion.roll_deg, Some(motion.roll_sigma_deg), "deg")))
+        (pair("pan", with_sigma(motion.pan_deg, Some(motion.pan_sigma_deg), "deg")))
+        (pair("rotations of single frames", turned))
+        (pair("drift of rows over the path", format!("{} px, {corrected}", fixed(motion.drift_px, 2))))
+        (pair("standard uncertainty of rows", sigma(motion.rows_sigma_px, "px")))
+        (pair("points", html! {
+            (motion.points) " followed, " (percent(motion.rejected)) " of their places rejected; residuals "
+            (sigma(motion.residual_px, "px")) " rms"
+        }))
+    };
+    pairs("Camera motion by the texture", rows)
 }
 
 fn positions(positions: &PositionsRecord) -> Markup {

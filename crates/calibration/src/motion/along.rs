@@ -2,7 +2,7 @@
 
 use super::doubt::Doubt;
 use super::reduced::Reduced;
-use crate::texture_motion::{Frames, Return, Step, TextureMotion, texture_motion};
+use crate::texture_motion::{Frames, MotionOptions, Return, Step, TextureMotion, texture_motion};
 use epirig_core::grid::Grid;
 use epirig_core::image::reduced;
 use epirig_core::statistics::root_mean_square;
@@ -41,7 +41,7 @@ pub(super) fn measured(frames: &[(usize, &Reduced)]) -> Option<(TextureMotion, V
     let stride = frames.len().div_ceil(MOST_FRAMES);
     let places: Vec<usize> = (0..frames.len()).step_by(stride).collect();
     let looked = ReducedFrames(places.iter().map(|&place| frames[place].1).collect());
-    let mut motion = texture_motion(&looked, OBSERVATIONS).ok()?;
+    let mut motion = texture_motion(&looked, &MotionOptions::of_positions(OBSERVATIONS)).ok()?;
     let factor = first.factor as f64;
     motion.position_px.iter_mut().for_each(|position| *position *= factor);
     motion.residual_px *= factor;
@@ -56,7 +56,6 @@ pub(super) fn doubts(motion: &TextureMotion, numbers: &[usize], given: Option<&[
         doubts.push(Doubt::Oblique {
             degrees: motion.angle_rad.to_degrees(),
             drift_px: Some(motion.drift_px().abs()),
-            turn: motion.cure(),
         });
     }
     // Without given places, frames stand at their numbers, also if some are left out.

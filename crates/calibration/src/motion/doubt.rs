@@ -1,6 +1,6 @@
 //! What was seen in frames.
 
-use crate::texture_motion::{Return, Step, Turn};
+use crate::texture_motion::{Return, Step};
 
 /// What was seen in the frames. Frames are numbered from 0, in the order in which they came.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -28,8 +28,6 @@ pub enum Doubt {
         /// How far it goes across the rows from the first frame to the last, in px; `None` if it could only be
         /// measured roughly.
         drift_px: Option<f64>,
-        /// The way in which to turn the images.
-        turn: Turn,
     },
     /// Frames do not stand where they are taken to stand.
     Uneven {

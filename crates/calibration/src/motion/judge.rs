@@ -7,7 +7,7 @@ use super::blocks::{Shift, shifts};
 use super::doubt::{Doubt, Motion};
 use super::order::Distances;
 use super::reduced::Reduced;
-use crate::texture_motion::{Turn, in_usual_steps};
+use crate::texture_motion::in_usual_steps;
 use epirig_core::statistics::median;
 
 /// A block moves if it goes at least so far, in reduced pixels.
@@ -105,7 +105,7 @@ impl<'a> Judge<'a> {
             }
         } else if y > OBLIQUE * x && y >= MOVES_PX {
             let degrees = (signed(|shift| shift.1) / signed(|shift| shift.0)).atan().to_degrees();
-            motion.doubts.push(Doubt::Oblique { degrees, drift_px: None, turn: Turn::against(degrees) });
+            motion.doubts.push(Doubt::Oblique { degrees, drift_px: None });
         }
         motion
     }

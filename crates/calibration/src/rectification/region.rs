@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::spline::BORDER_PX;
+use super::spline::SEEN_PX;
 use super::view::{ROUNDING_PX, View};
 use super::{FramePose, Mapping, RectifyError};
 use crate::lens::Lens;
@@ -49,12 +49,12 @@ impl Mapping {
         Ok(mapping.cut(columns, rows))
     }
 
-    /// Which rectified pixels all frames show, at least [`BORDER_PX`] inside their borders. No `poses`: all
+    /// Which rectified pixels all frames show, at least 3 px inside their borders. No `poses`: all
     /// frames have the mean camera; if its pixels are rectified pixels as they are, they count up to the
     /// border.
     pub fn seen(&self, poses: &[FramePose]) -> Grid<bool> {
         let as_they_are = self.is_identity() && poses.iter().all(|pose| *pose == FramePose::default());
-        let inset_px = if as_they_are { -ROUNDING_PX } else { BORDER_PX };
+        let inset_px = if as_they_are { -ROUNDING_PX } else { SEEN_PX };
         let (rows, columns) = (self.camera.rows, self.camera.columns);
         let views = self.views(poses);
         let mut seen = Grid::filled(rows, columns, true);
@@ -203,7 +203,7 @@ mod tests {
             let each = if poses.is_empty() { vec![FramePose::default()] } else { poses };
             for y in 0..seen.rows() {
                 for x in 0..seen.columns() {
-                    let by = |pose| shows(&mapping, pose, x as f64, y as f64, BORDER_PX);
+                    let by = |pose| shows(&mapping, pose, x as f64, y as f64, SEEN_PX);
                     let by: Vec<Option<bool>> = each.iter().map(by).collect();
                     let expected =
                         if by.contains(&Some(false)) { Some(false) } else { by.into_iter().min().flatten() };
@@ -256,7 +256,7 @@ mod tests {
         assert!(mapping.seen(&[FramePose::default()]).values().iter().all(|&seen| seen));
         let nodded = FramePose { rotation_rad: [1e-3, 0.0, 0.0], ..FramePose::default() };
         let seen = mapping.seen(&[FramePose::default(), nodded]);
-        assert!(!seen.at(7, 50) && seen.at(9, 50) && !seen.at(70, 7) && seen.at(70, 9));
+        assert!(!seen.at(2, 50) && seen.at(4, 50) && !seen.at(70, 2) && seen.at(70, 4));
     }
 
     #[test]

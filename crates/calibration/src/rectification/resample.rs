@@ -156,18 +156,33 @@ impl Rectifier {
         first_index: usize,
         frames: &[Frame],
     ) -> Result<(), RectifyError> {
-        self.check(volume, first_index, frames)?;
+        self.insert_as(volume, (first_index, first_index), frames)
+    }
+
+    /// The same for a volume of other frames: the first of `frames` goes to a place of it, and has the pose with
+    /// another number.
+    ///
+    /// # Errors
+    /// As [`Self::insert`].
+    pub fn insert_as(
+        &self,
+        volume: &mut Volume,
+        (first_index, first_pose): (usize, usize),
+        frames: &[Frame],
+    ) -> Result<(), RectifyError> {
+        self.check(volume, (first_index, first_pose), frames)?;
         let (all, columns) = (volume.frames(), volume.columns());
         let counts_per_dn = 1.0 / volume.dn_per_count();
         let Some(counts) = volume.fine_counts_mut() else { return Ok(()) };
         if let Some(whole) = &self.whole {
-            for (index, frame) in (first_index..).zip(frames) {
+            for (offset, frame) in frames.iter().enumerate() {
+                let index = first_index + offset;
                 let load = |y: usize, row: &mut [f32]| {
                     correct_row(&self.correction, &self.replaced, frame, y, row);
                 };
                 let epis = counts.par_chunks_exact_mut((all * columns).max(1));
                 let rows = epis.map(|epi| &mut epi[index * columns..(index + 1) * columns]);
-                whole.make(index, counts_per_dn, load, rows);
+                whole.make(first_pose + offset, counts_per_dn, load, rows);
             }
             return Ok(());
         }
@@ -189,7 +204,12 @@ impl Rectifier {
         Ok(())
     }
 
-    fn check(&self, volume: &Volume, first_index: usize, frames: &[Frame]) -> Result<(), RectifyError> {
+    fn check(
+        &self,
+        volume: &Volume,
+        (first_index, first_pose): (usize, usize),
+        frames: &[Frame],
+    ) -> Result<(), RectifyError> {
         let camera = self.mapping.camera;
         let needed = first_index.saturating_add(frames.len());
         let (frames_there, found) = (volume.frames(), (volume.rows(), volume.columns()));
@@ -198,6 +218,7 @@ impl Rectifier {
             return Err(RectifyError::Volume { frames: frames_there, found, needed, expected });
         }
         let posed = self.whole.as_ref().and_then(WholeFrames::posed);
+        let needed = first_pose.saturating_add(frames.len());
         if let Some(poses) = posed.filter(|&poses| poses < needed) {
             return Err(RectifyError::Poses { poses, needed });
         }

@@ -21,6 +21,11 @@ pub(super) const PAD: usize = HORIZON + TAPS;
 /// Coefficients before the pixel of a sample.
 pub(super) const BEFORE: usize = TAPS_BEFORE;
 
+/// Distance from the borders of all frames at which a pixel of a covering mapping counts as seen, in px: a ramp is wrong
+/// by 0.014 of its rise per pixel there, and by 0.43 times that a pixel farther in (see [`BORDER_PX`]). Moving contents
+/// pass the borders anyway, and a match follows them to within some pixels.
+pub(super) const SEEN_PX: f64 = 3.0;
+
 /// Distance of rectified pixels from the border of the raw image, in px.
 ///
 /// The filter mirrors the image at its borders, which turns a ramp into a kink there. At this distance the

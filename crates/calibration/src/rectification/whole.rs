@@ -65,7 +65,7 @@ impl WholeFrames {
         raw_columns.saturating_add(2 * PAD + LANES - 1) / LANES * LANES
     }
 
-    /// Makes all `rows` of the rectified frame at place `index`, in counts. `load` gives a raw row,
+    /// Makes all `rows` of the rectified frame with the pose number `index`, in counts. `load` gives a raw row,
     /// corrected.
     pub(super) fn make<'a>(
         &self,

@@ -1,35 +1,50 @@
 //! Where the camera stood in each frame, and which way it went, from the texture of what it saw.
 //!
-//! A point i at inverse depth rho_i is seen in frame t at c_i + rho_i s_t along the motion: s_t, the position, is
-//! common to all points. So ratios of displacements between any frames are the same at every depth. Points with
-//! texture are followed from an anchor frame to every other in which they are seen, and not only to the next: a
-//! displacement over many frames, one over few, and those of points of other anchors must agree.
+//! A camera on a straight line sees each point move along a straight line of the picture, towards a vanishing point
+//! that all have in common. How far it goes is the product of the camera's position and the point's inverse depth. So
+//! ratios of displacements between any frames are the same for all points. Points with texture are followed from an
+//! anchor frame to every other in which they are seen, and not only to the next: a displacement over many frames, one
+//! over few, and those of points of other anchors must agree.
 //!
 //! 1. In small pictures, two frames show how far each point moves (`start`). Then each further frame has one
-//!    unknown, s (`search`). All s over the whole width of the picture are tried with all points at once. Nothing is
-//!    assumed about steps, so gaps, steps back and repeated frames are found like others.
-//! 2. In larger pictures, up to the frames' own size, points are placed in each frame by least squares (`follow`).
-//! 3. All s, c and rho are adjusted together (`adjust`), with weights that leave out outliers.
-//!
-//! The direction of the motion follows from displacements across it.
+//!    unknown, its position (`search`). All positions over the whole width of the picture are tried with all points at
+//!    once. Nothing is assumed about steps, so gaps, steps back and repeated frames are found like others.
+//! 2. In larger pictures, up to the frames' own size, points are placed in each frame by least squares (`follow`),
+//!    near where the cameras that are known so far put them (`expected`).
+//! 3. All cameras and points are adjusted together (`bundle`), with weights that leave out outliers.
+//! 4. Whether frames are turned or displaced by themselves is tested on points that were not adjusted (`choose`).
 
-mod adjust;
+mod bundle;
+mod cameras;
+mod choose;
 mod error;
+mod expected;
+mod fit;
 mod follow;
 mod frames;
+mod model;
+mod normal;
 mod point;
 mod search;
+mod seen;
 mod start;
 mod steps;
 #[cfg(test)]
 mod tests;
+mod track;
+mod uncertainty;
 
+pub use cameras::{CameraPose, Cameras};
 pub use error::TextureMotionError;
 pub use frames::Frames;
+pub use model::MotionModel;
 pub use steps::{Return, Step, in_usual_steps};
 
-use adjust::Adjusted;
-use search::{Found, SOME};
+use choose::choose;
+use expected::Expected;
+use search::SOME;
+use track::Track;
+use uncertainty::Uncertainty;
 
 /// Longest side of the pictures of the first search, in px.
 const SEARCH_SIDE: usize = 256;
@@ -62,11 +77,57 @@ pub struct TextureMotion {
     pub angle_rad: f64,
     /// Its standard uncertainty, in rad.
     pub angle_sigma_rad: f64,
+    /// The cameras of all frames; positions grow from the first frame to the last.
+    pub cameras: Cameras,
+    /// What of them was adjusted.
+    pub model: MotionModel,
+    /// Whether it could be tested if more is to be adjusted: half of the points must connect all frames.
+    pub is_tested: bool,
+    /// Standard uncertainty of the angle between motion and picture, in rad.
+    pub pan_sigma_rad: f64,
+    /// Standard uncertainty of k1; 0 if it was not adjusted.
+    pub k1_sigma: f64,
+    /// Standard uncertainty of the row of a typical point from frame to frame, in px.
+    pub rows_sigma_px: f64,
+    /// Median of the standard uncertainties of the positions along the path, in px of a typical point. Larger than that
+    /// of tau where frames turn: a turn to the side moves all points like a step.
+    pub position_sigma_px: f64,
+    /// Inverse depth of a typical point, in 1 / length of the path.
+    pub typical_rho: f64,
     /// Number of points that were followed and agree.
     pub points: usize,
-    /// Root mean square of their residuals along the motion, in px.
+    /// Share of the places of points that contradict the others.
+    pub rejected: f64,
+    /// Root mean square of the residuals on either axis, in px.
     pub residual_px: f64,
 }
+
+/// What is known before the frames are looked at, and what is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionOptions {
+    /// How many times a point is placed in a frame, at most. 200,000 take some seconds.
+    pub observations: usize,
+    /// Focal length and principal point (column, row), in px; `None`: those of a usual lens. A motion is found without
+    /// them; they matter for its angle to the picture, and for rotations.
+    pub lens_px: Option<(f64, [f64; 2])>,
+    /// What may be adjusted, if the tracks tell it.
+    pub may: MotionModel,
+}
+
+impl MotionOptions {
+    /// For the positions alone, with so many observations.
+    pub fn of_positions(observations: usize) -> Self {
+        Self { observations, lens_px: None, may: MotionModel::default() }
+    }
+
+    fn lens(&self, rows: usize, columns: usize) -> (f64, [f64; 2]) {
+        let middle = [columns, rows].map(|size| 0.5 * (size as f64 - 1.0));
+        self.lens_px.unwrap_or((USUAL_FOCAL_LENGTH * rows.max(columns) as f64, middle))
+    }
+}
+
+/// Focal length of a usual lens, as a share of the longest side of the picture.
+const USUAL_FOCAL_LENGTH: f64 = 1.2;
 
 /// Error of disparities that good photographs have besides, in px: what costs less is not told.
 const COST_PX: f64 = 0.03;
@@ -93,30 +154,6 @@ impl TextureMotion {
         COST_OF_DRIFT * self.drift_px().abs() > COST_PX
             && self.angle_rad.abs() > SIGNIFICANT * self.angle_sigma_rad
     }
-
-    /// The way in which images are to be turned, so that the motion is along the rows.
-    pub fn cure(&self) -> Turn {
-        Turn::against(self.angle_rad)
-    }
-}
-
-epirig_core::choices! {
-    /// A way to turn images.
-    pub enum Turn {
-        /// As the hands of a clock.
-        Clockwise = "clockwise",
-        /// Against them.
-        CounterClockwise = "counter-clockwise",
-    }
-}
-
-impl Turn {
-    /// The way that brings a motion at this angle, in any unit, to the rows: positive if what goes to the right goes
-    /// down, too.
-    pub fn against(angle: f64) -> Self {
-        // Rows count downwards: contents that move to the right and down go clockwise from the rows.
-        if angle > 0.0 { Self::CounterClockwise } else { Self::Clockwise }
-    }
 }
 
 /// Reductions of frames of this size for the first search: the first that is tried, and the least.
@@ -139,45 +176,64 @@ pub fn need(count: usize, rows: usize, columns: usize) -> u64 {
 
 /// Finds how the camera moved.
 ///
-/// `observations` bounds the effort: how many times a point is placed in a frame, at most. 200,000 take some
-/// seconds.
-///
 /// # Errors
 /// [`TextureMotionError`] if nothing moves, or the texture does not connect the frames.
-pub fn texture_motion(frames: &dyn Frames, observations: usize) -> Result<TextureMotion, TextureMotionError> {
+pub fn texture_motion(
+    frames: &dyn Frames,
+    options: &MotionOptions,
+) -> Result<TextureMotion, TextureMotionError> {
     if frames.count() < 3 {
         return Err(TextureMotionError::TooFew { frames: frames.count() });
     }
     let (rows, columns) = frames.size();
     let (first, least) = search_factors(rows, columns);
-    let (mut found, mut factor) = search::search(frames, first, least)?;
+    let (found, mut factor) = search::search(frames, first, least)?;
+    let (focal_length_px, centre_px) = options.lens(rows, columns);
+    let mut expected = Expected::of_search(found, focal_length_px, centre_px);
     loop {
         factor = factor.div_ceil(FINER);
-        let followed = follow::follow(frames, factor, &found, observations)?;
-        let adjusted = adjust::adjust(&followed, &found)?;
+        let tracks = follow::follow(frames, factor, &expected, options.observations);
         if factor == 1 {
-            return Ok(motion(&adjusted));
+            let chosen = choose(&tracks, &expected.cameras, options.may)?;
+            return Ok(motion(&tracks, chosen));
         }
-        found = adjusted.found;
+        let MotionModel { pan, rotations, .. } = options.may;
+        let model = MotionModel { pan, rotations, ..MotionModel::default() };
+        let fit = bundle::adjust(&tracks, &expected.cameras, model)?;
+        expected = Expected::of_fit(&fit, &tracks, expected.anchors);
     }
 }
 
-/// From positions on any scale to those of a typical point, and to tau.
-fn motion(adjusted: &Adjusted) -> TextureMotion {
-    let Found { position, direction, .. } = &adjusted.found;
+/// From the adjusted cameras to positions of a typical point, and to tau.
+fn motion(tracks: &[Track], chosen: choose::Chosen) -> TextureMotion {
+    let choose::Chosen { fit, is_tested } = chosen;
+    let uncertainty = Uncertainty::of(tracks, &fit);
+    let position: Vec<f64> = fit.cameras.frames.iter().map(|frame| frame.position).collect();
     let [first, last] = [position[0], position[position.len() - 1]];
-    let scale = if last < first { -adjusted.typical_rho } else { adjusted.typical_rho };
     let tau: Vec<f64> = position.iter().map(|position| (position - first) / (last - first)).collect();
-    let (tau_sigma, step_sigma) = adjusted.sigmas(&tau);
+    let (tau_sigma, step_sigma) = uncertainty.of_tau(&tau);
+    let px = uncertainty.typical_px();
+    let direction = fit.cameras.direction;
+    let [angle_sigma_rad, pan_sigma_rad] = uncertainty.of_direction();
+    let agreement = fit.agreement(tracks);
     TextureMotion {
-        position_px: position.iter().map(|position| scale * (position - first)).collect(),
+        position_px: position.iter().map(|position| px * (position - first)).collect(),
         tau,
         tau_sigma,
         step_sigma,
-        moves_right: (last - first) * adjusted.typical_rho * direction[0] > 0.0,
-        angle_rad: (direction[1] / direction[0]).atan(),
-        angle_sigma_rad: adjusted.angle_sigma,
-        points: adjusted.points,
-        residual_px: adjusted.residual,
+        moves_right: direction.x < 0.0,
+        angle_rad: (direction.y / direction.x).atan(),
+        angle_sigma_rad,
+        model: fit.free,
+        is_tested,
+        pan_sigma_rad,
+        k1_sigma: if fit.free.k1 { uncertainty.of_k1() } else { 0.0 },
+        rows_sigma_px: uncertainty.of_rows(),
+        position_sigma_px: uncertainty.of_positions() * px,
+        typical_rho: uncertainty.typical_rho(),
+        points: agreement.points,
+        rejected: agreement.rejected,
+        residual_px: agreement.residual_px,
+        cameras: fit.cameras,
     }
 }

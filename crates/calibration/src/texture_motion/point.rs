@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
+use super::track::Sight;
 use epirig_core::grid::Grid;
 use epirig_core::spline::cubic::weights;
 
@@ -85,19 +86,12 @@ pub(super) struct Template {
     direction: [f64; 2],
 }
 
-/// A point in a frame, in px of the frames.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sight {
-    pub(super) frame: usize,
-    /// How far it has moved along and across the motion since its anchor.
-    pub(super) along: f64,
-    pub(super) across: f64,
-    /// Variances by what is left unexplained.
-    pub(super) along_variance: f64,
-    pub(super) across_variance: f64,
-}
-
 impl Template {
+    /// The middle of the square, in px of its picture.
+    pub(super) fn middle(&self) -> [f64; 2] {
+        [self.left, self.top].map(|first| first as f64 + 0.5 * (self.side as f64 - 1.0))
+    }
+
     /// `None` if it is too near to the border.
     pub(super) fn of(
         picture: &Grid<f32>,
@@ -130,17 +124,18 @@ impl Template {
         Some(Self { left, top, side, basis, inverse, direction })
     }
 
-    /// Places the square in `picture`, from a start `along` and `across` the motion: Gauss-Newton steps with
-    /// gradients of the square itself, whose noise is independent of the picture's; contrast and brightness are
-    /// free. The picture is that of a frame, reduced by `px`.
+    /// Places the square in `picture`, from a start that is columns and rows from where it is in its own: Gauss-Newton
+    /// steps with gradients of the square itself, whose noise is independent of the picture's; contrast and brightness
+    /// are free. The picture is that of a frame, reduced by `factor`.
     pub(super) fn place(
         &self,
         picture: &Grid<f32>,
-        (frame, px): (usize, f64),
-        start: [f64; 2],
+        (frame, factor): (usize, usize),
+        [x, y]: [f64; 2],
         scratch: &mut Scratch,
     ) -> Option<Sight> {
         let [cos, sin] = self.direction;
+        let start = [x * cos + y * sin, y * cos - x * sin];
         let mut moved = start;
         let count = (self.side * self.side) as f64;
         scratch.square.resize(self.side * self.side, 0.0);
@@ -165,10 +160,13 @@ impl Template {
                 let left = (energy - fit.dot(&products)).max(0.0);
                 let variance = (left / (count - 4.0)).max(ROUNDING_DN2) / (fit[0] * fit[0]);
                 let correlates = energy > 0.0 && left <= (1.0 - LEAST_CORRELATION.powi(2)) * energy;
+                let middle = self.middle();
+                let [along, across] = moved;
+                let seen = [middle[0] + along * cos - across * sin, middle[1] + along * sin + across * cos];
+                let px = factor as f64;
                 return correlates.then_some(Sight {
                     frame,
-                    along: px * moved[0],
-                    across: px * moved[1],
+                    place: seen.map(|part| in_full(part, factor)),
                     along_variance: px * px * (variance * self.inverse[(1, 1)]),
                     across_variance: px * px * (variance * self.inverse[(2, 2)]),
                 });
@@ -176,6 +174,12 @@ impl Template {
         }
         None
     }
+}
+
+/// A place of a picture that is reduced by `factor` in the frame itself.
+pub(super) fn in_full(place: f64, factor: usize) -> f64 {
+    let px = factor as f64;
+    px * place + 0.5 * (px - 1.0)
 }
 
 /// Memory that placing uses again.

@@ -24,6 +24,10 @@ const AGREE_ON_PLACE: f64 = 0.3;
 /// of a point goes with the square of its rho, and is less than a tenth of the others'.
 const LEAST_RHO: f64 = 0.3;
 
+/// Places across the motion at which a frame is looked for, in px from that of the nearest one. A square is found again up
+/// to 2 px beside; the others are tried if frames are left, as more places agree by chance more often.
+const BESIDE_PX: [f64; 5] = [0.0, 2.0, -2.0, 4.0, -4.0];
+
 /// Frames in which points of an anchor are looked for, at most.
 pub(super) const SOME: usize = 7;
 
@@ -93,29 +97,31 @@ pub(super) fn turned(direction: [f64; 2], along: f64, across: f64) -> [f64; 2] {
     [along * direction[0] - across * direction[1], along * direction[1] + across * direction[0]]
 }
 
-/// Frames in which a point is looked for: picture, s from the point's frame on, and place across the motion, in px
-/// of the picture.
+/// A frame in which a point is looked for: the picture, and how far the point has moved there: columns and rows, in px
+/// of the picture, for a rho of 0, and what each unit of rho adds.
 pub(super) struct Looked<'a> {
     pub(super) picture: &'a Grid<f32>,
-    pub(super) along: f64,
-    pub(super) across: f64,
+    pub(super) standing: [f64; 2],
+    pub(super) by_rho: [f64; 2],
+}
+
+impl Looked<'_> {
+    /// How far the point goes for a rho of 1, in px.
+    fn reach(&self) -> f64 {
+        self.by_rho[0].hypot(self.by_rho[1])
+    }
 }
 
 /// rho of a square: that at which it correlates best with all of these frames at once; `None` if another does
 /// nearly as well.
-pub(super) fn rho_of(
-    block: &Block,
-    frames: &[Looked],
-    direction: [f64; 2],
-    (least, most): (f64, f64),
-) -> Option<f64> {
-    let farthest = frames.iter().map(|frame| frame.along.abs()).fold(0.0, f64::max);
+pub(super) fn rho_of(block: &Block, frames: &[Looked], (least, most): (f64, f64)) -> Option<f64> {
+    let farthest = frames.iter().map(Looked::reach).fold(0.0, f64::max);
     let hop = HOP_PX / farthest;
     let count = ((most - least) / hop).ceil() as usize;
     let score = |rho: f64| {
         let seen = frames.iter().filter_map(|frame| {
-            let [x, y] = turned(direction, rho * frame.along, frame.across).map(|part| part.round() as isize);
-            block.correlation(frame.picture, x, y)
+            let moved = |axis: usize| (frame.standing[axis] + rho * frame.by_rho[axis]).round() as isize;
+            block.correlation(frame.picture, moved(0), moved(1))
         });
         let (sum, count) = seen.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
         if count > 0 { sum / count as f32 } else { -1.0 }
@@ -145,6 +151,8 @@ struct Search<'a> {
     /// s and place across the motion of the frames that are known.
     known: Vec<Option<[f64; 2]>>,
     anchors: Vec<usize>,
+    /// Places across the motion at which a frame is looked for, in px from that of the nearest one.
+    beside_px: &'static [f64],
 }
 
 impl<'a> Search<'a> {
@@ -152,7 +160,14 @@ impl<'a> Search<'a> {
         let mut known = vec![None; small.len()];
         known[start.anchor] = Some([0.0, 0.0]);
         known[start.other] = Some([start.moved_px, 0.0]);
-        Self { small, factor, direction: start.direction, known, anchors: Vec::new() }
+        Self {
+            small,
+            factor,
+            direction: start.direction,
+            known,
+            anchors: Vec::new(),
+            beside_px: &BESIDE_PX[..1],
+        }
     }
 
     fn connect(mut self, start: Start) -> Result<Found, TextureMotionError> {
@@ -164,10 +179,12 @@ impl<'a> Search<'a> {
         };
         let mut points: Vec<Point> = start.points.into_iter().map(point).collect();
         let mut anchor = start.anchor;
+        let mut looked = Vec::new();
         let mut range = (f64::INFINITY, f64::NEG_INFINITY);
         loop {
             self.grow(anchor, &mut points);
             self.anchors.push(anchor);
+            looked.push(anchor);
             let moving = moving(&points);
             range =
                 moving.iter().fold(range, |(least, most), point| (least.min(point.rho), most.max(point.rho)));
@@ -178,9 +195,16 @@ impl<'a> Search<'a> {
             }
             let distance = |frame: usize| unknown.iter().map(|other| other.abs_diff(frame)).min();
             let next = (0..self.known.len())
-                .filter(|frame| self.known[*frame].is_some() && !self.anchors.contains(frame))
+                .filter(|frame| self.known[*frame].is_some() && !looked.contains(frame))
                 .min_by_key(|&frame| distance(frame));
-            let Some(next) = next else { return Err(TextureMotionError::Apart { frames: unknown }) };
+            let Some(next) = next else {
+                if self.beside_px.len() == BESIDE_PX.len() {
+                    return Err(TextureMotionError::Apart { frames: unknown });
+                }
+                self.beside_px = &BESIDE_PX;
+                looked.clear();
+                continue;
+            };
             anchor = next;
             points = self.points_of(anchor, wider(range));
         }
@@ -189,23 +213,23 @@ impl<'a> Search<'a> {
     /// Points of a known frame, with their rho from the other known frames.
     fn points_of(&self, anchor: usize, range: (f64, f64)) -> Vec<Point> {
         let Some([s, across]) = self.known[anchor] else { return Vec::new() };
-        let width = self.small[anchor].columns() as f64;
+        let width = self.small[anchor].columns().max(self.small[anchor].rows()) as f64;
         let mut frames: Vec<Looked> = (0..self.known.len())
             .filter(|&frame| frame != anchor)
             .filter_map(|frame| {
                 let [s_frame, across_frame] = self.known[frame]?;
                 Some(Looked {
                     picture: &self.small[frame],
-                    along: s_frame - s,
-                    across: across_frame - across,
+                    standing: turned(self.direction, 0.0, across_frame - across),
+                    by_rho: turned(self.direction, s_frame - s, 0.0),
                 })
             })
-            .filter(|frame| frame.along.abs() * range.1 < 0.5 * width)
+            .filter(|frame| frame.reach() * range.1 < 0.5 * width)
             .collect();
-        frames.sort_by(|a, b| a.along.abs().total_cmp(&b.along.abs()));
+        frames.sort_by(|a, b| a.reach().total_cmp(&b.reach()));
         let frames = some_of(frames);
         let squares = squares(&self.small[anchor], SIDE, POINTS, self.direction);
-        let farthest = frames.iter().map(|frame| frame.along.abs()).fold(0.0, f64::max);
+        let farthest = frames.iter().map(Looked::reach).fold(0.0, f64::max);
         if farthest < MOVES_PX {
             return Vec::new();
         }
@@ -213,8 +237,8 @@ impl<'a> Search<'a> {
             .par_iter()
             .filter_map(|&(left, top)| {
                 let block = Block::of(&self.small[anchor], top, left, SIDE)?;
-                let rho = rho_of(&block, &frames, self.direction, range)?;
-                let squares: f64 = frames.iter().map(|frame| frame.along.powi(2)).sum();
+                let rho = rho_of(&block, &frames, range)?;
+                let squares: f64 = frames.iter().map(|frame| frame.reach().powi(2)).sum();
                 Some(Point { block, rho, sums: [rho * squares, squares] })
             })
             .collect()
@@ -233,11 +257,17 @@ impl<'a> Search<'a> {
     /// s and place across the motion of a frame by the points of `anchor`, whose rho it then tells better.
     fn place(&self, frame: usize, anchor: usize, points: &mut [Point]) -> Option<[f64; 2]> {
         let [s_anchor, across_anchor] = self.known[anchor]?;
-        let picture = &self.small[frame];
         let near_frame = (0..self.known.len())
             .filter(|&other| self.known[other].is_some())
             .min_by_key(|other| other.abs_diff(frame))?;
         let across = self.known[near_frame]?[1] - across_anchor;
+        let found = self.beside_px.iter().find_map(|beside| self.place_at(frame, across + beside, points))?;
+        Some([s_anchor + found[0], across_anchor + found[1]])
+    }
+
+    /// The same for a place near `across`, from the anchor.
+    fn place_at(&self, frame: usize, across: f64, points: &mut [Point]) -> Option<[f64; 2]> {
+        let picture = &self.small[frame];
         let moving = moving(points);
         let rhos = || moving.iter().map(|point| point.rho).collect::<Vec<f64>>();
         let (usual, large) = (median(&mut rhos())?, quantile(&mut rhos(), 0.9)?);
@@ -283,7 +313,7 @@ impl<'a> Search<'a> {
                 }
             }
         });
-        Some([s_anchor + s, across_anchor + across])
+        Some([s, across])
     }
 
     fn found(self, range: (f64, f64)) -> Found {

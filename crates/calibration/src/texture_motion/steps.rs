@@ -113,6 +113,7 @@ impl TextureMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture_motion::{Cameras, MotionModel};
 
     /// A motion through `positions` whose steps are known to `sigma`, in the unit of the positions.
     fn motion(positions: &[f64], sigma: f64) -> TextureMotion {
@@ -125,7 +126,22 @@ mod tests {
             moves_right: true,
             angle_rad: 0.0,
             angle_sigma_rad: 0.001,
+            cameras: Cameras {
+                focal_length_px: 1000.0,
+                centre_px: [0.0, 0.0],
+                k1: 0.0,
+                direction: nalgebra::Vector3::x(),
+                frames: Vec::new(),
+            },
+            model: MotionModel::default(),
+            is_tested: true,
+            pan_sigma_rad: 0.001,
+            k1_sigma: 0.0,
+            rows_sigma_px: 0.001,
+            position_sigma_px: 0.001,
+            typical_rho: 1.0,
             points: 100,
+            rejected: 0.0,
             residual_px: 0.02,
         }
     }
