@@ -124,7 +124,7 @@ fn positions(
         true => values.to_vec(),
         false => order.iter().map(|&frame| values[frame]).collect(),
     };
-    let tau = Tau::from_positions(&in_order(&motion.tau))?;
+    let tau = Tau::from_positions(&apart(in_order(&motion.tau)))?;
     let mut record = PositionsRecord {
         source: PositionSource::Texture,
         tau: tau.values().to_vec(),
@@ -181,6 +181,15 @@ fn order(motion: &TextureMotion) -> Vec<usize> {
     let mut order: Vec<usize> = (0..motion.tau.len()).collect();
     order.sort_by(|&a, &b| motion.tau[a].total_cmp(&motion.tau[b]));
     if order.is_sorted() { Vec::new() } else { order }
+}
+
+/// Positions that increase: frames of one place stand a billionth of the path apart, which no picture shows.
+fn apart(mut tau: Vec<f64>) -> Vec<f64> {
+    const LEAST: f64 = 1e-9;
+    for index in 1..tau.len() {
+        tau[index] = tau[index].max(tau[index - 1] + LEAST);
+    }
+    tau
 }
 
 /// The record of a motion that was seen by `camera`.
