@@ -27,8 +27,8 @@ pub enum CalibrateError {
     Read(#[from] ReadError),
     /// There is nothing to calibrate with.
     #[error(
-        "{} has nothing to calibrate with: there are no dark, flat or board frames, and no target or lens is described. If the steps \
-         between frames may differ, --positions texture measures them in the frames themselves. For the lens, take calibration frames with the \
+        "{} has nothing to calibrate with: there are no dark, flat or board frames, and no target or lens is described. Without \
+         --positions stage, the motion is measured in the frames themselves. For the lens, take calibration frames with the \
          scan ([plan] dark, flat, board), describe [target] and [optics] in the rig's profile, or give a lens with --lens", path.display()
     )]
     Nothing {

@@ -25,7 +25,7 @@ epirig_core::choices! {
     /// Source of the position of every frame.
     #[derive(Default)]
     pub enum PositionSource {
-        /// The target where it is seen, else the stage.
+        /// The target where one is described; else the texture, where it tells more than the stage.
         #[default]
         Automatic = "auto",
         /// The target.

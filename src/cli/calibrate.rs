@@ -28,15 +28,16 @@ use epirig_data::storage::{ReadError, parent, read_text};
 /// Calibrate: illumination, lens, stage axis, positions of frames
 ///
 /// Uses what the sequence has: dark and flat frames for the illumination, board frames for the lens,
-/// chess-boards on the object for the stage axis and the positions. Names what is missing, rejects frames
-/// that are not good enough (exit code 6), and writes calibration.json, which `epirig match` applies. Target,
-/// board and lens are described by the profile recorded in the sequence, or by another profile with --rig.
+/// chess-boards on the object for the stage axis and the positions, or else the texture of the object. Names
+/// what is missing, rejects frames that are not good enough (exit code 6), and writes calibration.json, which
+/// `epirig match` applies. Target, board and lens are described by the profile recorded in the sequence, or by
+/// another profile with --rig.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig calibrate tile-0042
   epirig calibrate tile-0042 --set target.square=\"7.43 mm\" --overwrite    squares as measured
   epirig calibrate seq --lens camera.yml                 a lens that OpenCV or ROS has calibrated
-  epirig calibrate seq --positions texture               no target: positions from the object itself
+  epirig calibrate seq --positions texture               the motion from the object itself, or nothing
   epirig calibrate seq --flat-field paper                the correction of the 2001 paper
   epirig calibrate seq --export-lens camera.yml          for OpenCV (.yml); .yaml is for ROS
   epirig calibrate seq --linearity exposures.csv         test of the sensor response

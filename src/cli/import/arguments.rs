@@ -32,7 +32,7 @@ pub(in crate::cli) struct ImportArguments {
     /// Images to leave out: numbers as for --frames, or ranges of them. Their places stay empty with --step-mm
     #[arg(long, value_name = "N,A..B", value_delimiter = ',', value_parser = parse_span)]
     exclude: Vec<Span>,
-    /// Degrees by which all images are turned clockwise: the motion must be along the rows
+    /// Degrees by which all images are turned clockwise, for `epirig match` without a calibration
     #[arg(long, value_name = "DEGREES", value_parser = choice::<Rotation>(), default_value_t = Rotation::None)]
     rotate: Rotation,
     /// Table of positions in mm, one for each image used: one number per line, or a column position_mm

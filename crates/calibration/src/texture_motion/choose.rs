@@ -59,9 +59,11 @@ pub(super) fn choose(
         } else {
             Cameras { k1: chosen.fit.cameras.k1, ..start.clone() }
         };
-        let fit = adjust(tracks, &begin, model)?;
-        match (unseen, prediction(tracks, &fit)) {
-            (Some(before), Some(after)) if after < IMPROVES * before => {
+        // Tracks that do not determine a model do not test it either; what they determine stands.
+        let fit = adjust(tracks, &begin, model).ok();
+        let after = fit.as_ref().and_then(|fit| prediction(tracks, fit));
+        match (unseen, fit.zip(after)) {
+            (Some(before), Some((fit, after))) if after < IMPROVES * before => {
                 (chosen.fit, unseen) = (fit, Some(after))
             }
             (Some(_), Some(_)) => {}
