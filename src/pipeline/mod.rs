@@ -14,6 +14,7 @@ mod rectified;
 mod reported;
 mod summary;
 
+use std::ops::Range;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -105,7 +106,9 @@ pub fn measure(
 ) -> Result<Measurement, PipelineError> {
     let volume = load(sequence, calibration, progress)?;
     let calibration = calibration.map(|(calibration, _)| calibration);
-    let inside = asked(region, calibration, (volume.rows(), volume.columns()));
+    let seen = calibration.filter(|found| found.has_motion()).map(|found| found.mapping.seen(&found.poses()));
+    let shown_columns = seen.as_ref().map(shown_columns);
+    let inside = both(region.inside(volume.rows(), volume.columns()), seen);
     let is_shown = |y: &usize| inside.as_ref().is_none_or(|inside| inside.row(*y).contains(&true));
     let shown: Vec<usize> = (0..volume.rows()).filter(is_shown).collect();
     let middle = shown.get(shown.len() / 2).copied().unwrap_or_default();
@@ -117,6 +120,10 @@ pub fn measure(
     let reference = options.reference_index(&volume)?;
     let photograph = photograph::volume_frame(&volume, reference);
     let matcher = Matcher::new(volume, options.clone())?;
+    let matcher = match shown_columns {
+        Some(columns) => matcher.showing(columns)?,
+        None => matcher,
+    };
     let matcher = match &inside {
         Some(inside) => matcher.within(inside)?,
         None => matcher,
@@ -155,19 +162,21 @@ pub fn measure(
     Ok(Measurement { maps, heights, summary })
 }
 
-/// The pixels that are matched: those of the region that all frames show; `None` if these are all.
-fn asked(
-    region: &Region,
-    calibration: Option<&Calibration>,
-    (rows, columns): (usize, usize),
-) -> Option<Grid<bool>> {
-    let inside = region.inside(rows, columns);
-    let Some(calibration) = calibration.filter(|calibration| calibration.has_motion()) else { return inside };
-    let mut seen = calibration.mapping.seen(&calibration.poses());
-    if let Some(inside) = inside {
-        seen.values_mut().iter_mut().zip(inside.values()).for_each(|(seen, inside)| *seen = *seen && *inside);
-    }
-    Some(seen)
+/// The pixels of two parts of a picture, each all of it if there is none.
+fn both(one: Option<Grid<bool>>, other: Option<Grid<bool>>) -> Option<Grid<bool>> {
+    let (Some(mut both), Some(other)) = (one.clone(), &other) else { return one.or(other) };
+    both.values_mut().iter_mut().zip(other.values()).for_each(|(both, other)| *both = *both && *other);
+    Some(both)
+}
+
+/// The columns of each row that all frames show, from the first to the last.
+fn shown_columns(seen: &Grid<bool>) -> Vec<Range<usize>> {
+    let columns = |y: usize| {
+        let row = seen.row(y);
+        let first = row.iter().position(|&seen| seen).unwrap_or(0);
+        first..row.iter().rposition(|&seen| seen).map_or(first, |last| last + 1)
+    };
+    (0..seen.rows()).map(columns).collect()
 }
 
 /// Writes maps and their pictures. Packing takes longer than writing, so files are packed side by side.

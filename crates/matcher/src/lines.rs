@@ -1,8 +1,11 @@
 //! The geometry of lines: where the line of a disparity meets each frame.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::options::Occlusion;
+use super::validity::Validity;
+use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
 
 /// Where the samples of one frame lie for all pixels of the reference frame under one disparity.
@@ -40,6 +43,7 @@ pub struct EpiLines {
     asked: Range<usize>,
     reference: usize,
     offsets: Vec<f64>,
+    shown: Option<Arc<[Range<usize>]>>,
 }
 
 impl EpiLines {
@@ -50,7 +54,7 @@ impl EpiLines {
     pub fn new(tau: &Tau, reference: usize, columns: usize) -> Self {
         let origin = tau.values()[reference];
         let offsets = tau.values().iter().map(|value| value - origin).collect();
-        Self { columns, asked: 0..columns, reference, offsets }
+        Self { columns, asked: 0..columns, reference, offsets, shown: None }
     }
 
     /// The same of which only those through these `columns` of the reference frame are searched.
@@ -60,6 +64,49 @@ impl EpiLines {
     pub(crate) fn asking(self, columns: Range<usize>) -> Self {
         assert!(columns.start <= columns.end && columns.end <= self.columns);
         Self { asked: columns, ..self }
+    }
+
+    /// The same in images of which all frames show only some columns, a range for each row.
+    pub(crate) fn showing(self, shown: Option<Arc<[Range<usize>]>>) -> Self {
+        Self { shown, ..self }
+    }
+
+    /// Takes the guesses of pixels whose line leaves the columns that all frames show.
+    pub(crate) fn forget_half_shown(&self, guess: &mut Grid<f32>, validity: &mut Grid<Validity>) {
+        let Some(shown) = &self.shown else { return };
+        let ends = [-self.tau_before(), self.tau_after()];
+        for (y, shown) in shown.iter().enumerate() {
+            let (low, high) = (shown.start as f64, shown.end as f64 - 1.0);
+            let pixels = guess.row_mut(y).iter_mut().zip(validity.row_mut(y)).enumerate();
+            for (x, (guess, validity)) in pixels.filter(|(_, (guess, _))| !guess.is_nan()) {
+                let place = |tau: f64| x as f64 + f64::from(*guess) * tau;
+                if !ends.iter().all(|&tau| (low..=high).contains(&place(tau))) {
+                    *guess = f32::NAN;
+                    *validity = Validity::LeavesImage;
+                }
+            }
+        }
+    }
+
+    /// The same lines in some of the frames, of which `reference` is the reference.
+    pub(crate) fn in_frames(&self, tau: &Tau, reference: usize) -> Self {
+        let Self { asked, shown, .. } = self.clone();
+        Self::new(tau, reference, self.columns).asking(asked).showing(shown)
+    }
+
+    /// The same lines in images of half the size, `columns` wide.
+    pub(crate) fn halved(&self, tau: &Tau, columns: usize) -> Self {
+        let asked = self.asked.start / 2..self.asked.end.div_ceil(2).min(columns);
+        // A pixel of these is the mean of four.
+        let shown = self.shown.as_ref().map(|rows| {
+            let of_two = |two: &[Range<usize>]| {
+                let start = two.iter().map(|range| range.start.div_ceil(2)).max().unwrap_or(0);
+                let end = two.iter().map(|range| range.end / 2).min().unwrap_or(0);
+                start..end.max(start)
+            };
+            rows.chunks_exact(2).map(of_two).collect()
+        });
+        Self::new(tau, self.reference, columns).asking(asked).showing(shown)
     }
 
     /// Columns of the reference frame that are searched: all of them, unless others were asked for.

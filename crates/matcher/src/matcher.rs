@@ -1,5 +1,7 @@
 //! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, validity of each pixel.
 
+use std::ops::Range;
+
 use tracing::{debug, debug_span};
 
 use super::candidates::Candidates;
@@ -51,6 +53,8 @@ pub struct Matcher {
     options: MatchOptions,
     /// The part of the picture that `volume` has the rows of; `None`: all of it.
     area: Option<Area>,
+    /// The columns of each row of the picture that all frames show; `None`: all.
+    shown: Option<Vec<Range<usize>>>,
 }
 
 impl Matcher {
@@ -65,7 +69,7 @@ impl Matcher {
             Method::Normalised => locally_normalised(volume, NORMALISING_WINDOW_PX),
             Method::Variance | Method::NccFirst | Method::NccMean => volume,
         };
-        Ok(Self { volume, options, area: None })
+        Ok(Self { volume, options, area: None, shown: None })
     }
 
     /// The same of which only the pixels `inside` are asked for; rows x columns of the volume.
@@ -83,6 +87,28 @@ impl Matcher {
         Ok(Self { area: Some(area), ..self })
     }
 
+    /// The same of frames that all show only some columns, a range for each row of the picture: beyond them
+    /// there is nothing of the scene. A pixel whose line leaves them in any frame is not answered
+    /// ([`Validity::LeavesImage`]). The interpolation along lines reads 3 px beyond.
+    ///
+    /// # Errors
+    /// [`MatchError::ShownRows`] if there is not a range for each row, or one leads beyond the image.
+    pub fn showing(self, shown: Vec<Range<usize>>) -> Result<Self, MatchError> {
+        let rows = self.area.as_ref().map_or(self.volume.rows(), Area::whole_rows);
+        let columns = self.volume.columns();
+        if shown.len() != rows || shown.iter().any(|range| range.end > columns) {
+            return Err(MatchError::ShownRows { ranges: shown.len(), rows, columns });
+        }
+        Ok(Self { shown: Some(shown), ..self })
+    }
+
+    /// The lines of frame `reference`, in the rows of the volume.
+    fn lines(&self, reference: usize) -> EpiLines {
+        let rows = self.area.as_ref().map_or(0..self.volume.rows(), |area| area.rows.clone());
+        let shown = self.shown.as_ref().map(|shown| shown[rows].into());
+        EpiLines::new(self.volume.tau(), reference, self.volume.columns()).showing(shown)
+    }
+
     /// Disparity of every pixel of the reference frame.
     ///
     /// The result does not depend on the number of threads.
@@ -90,7 +116,8 @@ impl Matcher {
     /// # Errors
     /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
     pub fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, MatchError> {
-        let maps = matched(&self.volume, self.area.as_ref(), &self.options, progress)?;
+        let lines = self.lines(self.options.reference_index(&self.volume)?);
+        let maps = matched(&self.volume, lines, self.area.as_ref(), &self.options, progress)?;
         Ok(match &self.area {
             Some(area) => area.whole(maps),
             None => maps,
@@ -103,8 +130,8 @@ impl Matcher {
     /// pixel to pixel. These see it from 2 px, so a mean over many pixels farther away is right,
     /// although each pixel has more noise.
     pub fn in_equal_discs(&self, maps: &DisparityMaps, progress: &dyn Progress) -> EqualDiscs {
-        let Self { volume, options, area } = self;
-        let lines = EpiLines::new(volume.tau(), maps.reference, volume.columns());
+        let Self { volume, options, area, .. } = self;
+        let lines = self.lines(maps.reference);
         let rows = area.as_ref().map_or(0..volume.rows(), |area| area.rows.clone());
         let answers = maps.disparity.cropped(0..volume.columns(), rows);
         let equal = Fit {
@@ -145,7 +172,7 @@ impl Matcher {
         range: DisparityRange,
         ordering: OrderingUsed,
     ) -> (Candidates, CostTable) {
-        let Self { volume, options, area } = self;
+        let Self { volume, options, area, .. } = self;
         let y = y - area.as_ref().map_or(0, |area| area.rows.start);
         let lines = EpiLines::new(volume.tau(), reference, volume.columns());
         let candidates = Candidates::covering(range, options.disparity_step_px);
@@ -181,13 +208,14 @@ impl EqualDiscs {
 
 fn matched(
     volume: &Volume,
+    lines: EpiLines,
     area: Option<&Area>,
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<DisparityMaps, MatchError> {
-    let reference = options.reference_index(volume)?;
+    let reference = lines.reference();
     let asked = area.map_or(0..volume.columns(), |area| area.columns.clone());
-    let lines = EpiLines::new(volume.tau(), reference, volume.columns()).asking(asked.clone());
+    let lines = lines.asking(asked);
     let range_found = options.range.is_none();
     let quick = options.quick;
     // Light that changes much leads the variance astray. Normalised frames do not show it; they are
@@ -204,7 +232,7 @@ fn matched(
     let searched_telling = telling.as_ref().and(normalised.as_ref()).and_then(telling_of);
     let (volume, lines, minimum_frames) = match &telling {
         Some(some) => {
-            let lines = EpiLines::new(some.volume.tau(), some.reference, some.volume.columns()).asking(asked);
+            let lines = lines.in_frames(some.volume.tau(), some.reference);
             (&some.volume, lines, some.minimum_frames)
         }
         None => (volume, lines, minimum_frames),
@@ -240,7 +268,7 @@ fn matched(
     let pass = debug_span!("search").entered();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
     let task = Task { volume: searched_in, lines: &lines, range, ordering, rule, options };
-    let SearchResult { mut guess, cost, confidence, validity: searched, deviation_share } = {
+    let SearchResult { mut guess, cost, confidence, validity: mut searched, deviation_share } = {
         let searched = match &halved {
             None => search(task, progress),
             Some(halved) => halved.searched(task, progress),
@@ -256,6 +284,7 @@ fn matched(
     if let Some(area) = area {
         area.forget_beside(&mut guess);
     }
+    lines.forget_half_shown(&mut guess, &mut searched);
     debug!(deviation_share, "searched");
     drop(pass);
     let steps = match (&halved, options.fit) {

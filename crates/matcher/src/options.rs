@@ -282,6 +282,18 @@ pub enum MatchError {
         /// Columns of the images.
         columns: usize,
     },
+    /// There is not a range of shown columns for each row, or one leads beyond the images.
+    #[error(
+        "{ranges} ranges of shown columns are given for images of {rows} rows x {columns} columns; give one for each row, within the columns"
+    )]
+    ShownRows {
+        /// Number of ranges.
+        ranges: usize,
+        /// Rows of the images.
+        rows: usize,
+        /// Columns of the images.
+        columns: usize,
+    },
     /// A mask without a pixel inside.
     #[error("no pixel is inside the mask, so there is nothing to match; make white what is to be matched")]
     EmptyMask,
@@ -304,6 +316,7 @@ impl Fault for MatchError {
             | Self::BadOption { .. }
             | Self::TooManyToAggregate { .. }
             | Self::MaskSize { .. }
+            | Self::ShownRows { .. }
             | Self::EmptyMask => Blame::Request,
         }
     }

@@ -109,9 +109,7 @@ impl Halved {
         let options = MatchOptions { window_px, range, ..options.clone() };
         // Options that suit the whole frames do not suit these only if these are too small.
         options.check(halved.rows(), halved.columns(), halved.frames()).ok()?;
-        let asked = lines.asked();
-        let asked = asked.start / 2..asked.end.div_ceil(2).min(halved.columns());
-        let lines = EpiLines::new(halved.tau(), lines.reference(), halved.columns()).asking(asked);
+        let lines = lines.halved(halved.tau(), halved.columns());
         Some(Self { volume: halved, lines, options })
     }
 
@@ -137,6 +135,7 @@ impl Halved {
         let rule = SeenRule::new(volume.frames(), options.min_visible, task.rule.occlusion);
         let mut found =
             search(Task { volume, lines, range: task.range.scaled(0.5), rule, options, ..task }, progress)?;
+        lines.forget_half_shown(&mut found.guess, &mut found.validity);
         if options.fit {
             found.guess = gauss_newton_step(volume, lines, found.guess, rule, || ());
         }

@@ -63,6 +63,11 @@ impl Area {
         })
     }
 
+    /// Rows of the whole picture.
+    pub(crate) fn whole_rows(&self) -> usize {
+        self.whole_rows
+    }
+
     /// Takes the guesses of columns that are not searched from the fit.
     pub(crate) fn forget_beside(&self, guess: &mut Grid<f32>) {
         for y in 0..guess.rows() {

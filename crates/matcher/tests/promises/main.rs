@@ -12,6 +12,7 @@ mod painted;
 mod painted_scenes;
 mod promises;
 mod repetitive_texture;
+mod shown;
 mod turned;
 
 use epirig_matcher::{MatchOptions, ReferenceFrame};
