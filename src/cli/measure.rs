@@ -31,7 +31,7 @@ use epirig_matcher::MatchOptions;
 /// Measure photographs: import, find the motion from their texture, match, and write the results
 ///
 /// For a camera that moved along a line, without a rig: neither steps nor lens need be known. With
-/// --focal-length-px and --step-mm, or --positions, heights are in mm.
+/// --step-mm or --positions, and a focal length by EXIF or --focal-length-px, heights are in mm.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,

@@ -15,6 +15,7 @@ mod folder;
 mod fuzz_seeds;
 #[cfg(unix)]
 mod hostile_files;
+mod import_focal_length;
 mod import_motion;
 mod import_sources;
 mod import_times;

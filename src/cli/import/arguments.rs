@@ -60,7 +60,8 @@ pub(in crate::cli) struct ImportArguments {
     /// Change a key of the profile; may be repeated: --set target.square="7.5 mm"
     #[arg(long, value_name = "KEY=VALUE", hide_short_help = true)]
     set: Vec<String>,
-    /// Focal length, in px, in place of the profile's. With it and positions, heights are in mm
+    /// Focal length, in px, in place of the profile's. With it and positions, heights are in mm [default: as EXIF
+    /// tells, if all images agree]
     #[arg(long, value_name = "PX", value_parser = parse_positive)]
     focal_length_px: Option<f64>,
     /// Principal point, in px: column,row [default: centre of the image]

@@ -1,10 +1,14 @@
 //! What the images show of the motion, in words that name the images.
 
 use super::super::motion_words;
+use super::super::rig::given;
 use super::prepared::Afterwards;
+use crate::profile::{Profile, ProfileError};
+use crate::rig::nominal_lens;
 use epirig_calibration::motion::{Doubt, MotionCheck};
 use epirig_core::frame::Frame;
 use epirig_data::sequence::import::{Chosen, Inspector, spans_of};
+use epirig_data::sequence::{ExifFocalLength, NominalLens};
 
 /// Names of images that are told at most.
 const MOST_NAMES: usize = 3;
@@ -18,6 +22,10 @@ pub(super) struct Inspection {
     /// The command that measures positions.
     measures: String,
     afterwards: Afterwards,
+    /// What is stated of lens and targets.
+    profile: Option<Profile>,
+    /// Why the focal length of EXIF cannot be added to it.
+    lens_refused: Option<String>,
     /// Where the frames are said to stand; `None` if nothing is said.
     places: Option<Vec<f64>>,
     /// Whether they do not stand where they are taken to stand, and it can be measured where they do.
@@ -26,13 +34,21 @@ pub(super) struct Inspection {
 
 impl Inspection {
     /// An inspection of this number of frames. `measures` is the command that measures positions.
-    pub(super) fn new(count: usize, is_ordered: bool, measures: String, afterwards: Afterwards) -> Self {
+    pub(super) fn new(
+        count: usize,
+        is_ordered: bool,
+        measures: String,
+        afterwards: Afterwards,
+        profile: Option<Profile>,
+    ) -> Self {
         Self {
             check: MotionCheck::new(count),
             images: Vec::new(),
             is_ordered,
             measures,
             afterwards,
+            profile,
+            lens_refused: None,
             places: Some(Vec::new()),
             is_uneven: false,
         }
@@ -100,13 +116,41 @@ impl Inspector for Inspection {
         self.images.push(image.clone());
     }
 
+    fn lens(&mut self, told: &ExifFocalLength) -> Option<(NominalLens, serde_json::Value)> {
+        match with_focal_length(self.profile.take(), told) {
+            Ok(profile) => Some((nominal_lens(&profile.optics)?, profile.record())),
+            Err(error) => {
+                self.lens_refused = Some(format!(
+                    "the focal length by EXIF, {:.0} px ({}), is not taken: {error}",
+                    told.px, told.told
+                ));
+                None
+            }
+        }
+    }
+
     fn findings(&mut self) -> Vec<String> {
         let motion = self.check.motion(self.places.as_deref());
         let has = |is: fn(&Doubt) -> bool| motion.doubts.iter().any(is);
         // Frames that return are refused there.
         self.is_uneven = has(|doubt| matches!(doubt, Doubt::Uneven { .. }))
             && !has(|doubt| matches!(doubt, Doubt::Returns(_)));
-        motion.doubts.iter().filter_map(|doubt| self.words(doubt)).collect()
+        let of_motion = motion.doubts.iter().filter_map(|doubt| self.words(doubt));
+        of_motion.chain(self.lens_refused.clone()).collect()
+    }
+}
+
+/// Lens and targets as stated, with the focal length that the images tell.
+fn with_focal_length(stated: Option<Profile>, told: &ExifFocalLength) -> Result<Profile, ProfileError> {
+    let percent = 100.0 * told.relative_sigma;
+    let changes = [
+        given("optics.focal_length_px", "EXIF", Some(told.px)),
+        given("optics.focal_length_sigma_percent", "EXIF", Some(percent)),
+    ];
+    let changes: Vec<_> = changes.into_iter().flatten().collect();
+    match stated {
+        Some(profile) => profile.of_lens_and_targets()?.changed(&changes),
+        None => Profile::read("", "", &changes),
     }
 }
 

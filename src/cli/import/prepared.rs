@@ -96,7 +96,8 @@ impl Prepared {
             sort_by_motion(&mut self.listing)?;
         }
         let is_ordered = self.sorting == Sorting::Motion;
-        let mut inspection = Inspection::new(count, is_ordered, self.measures(), afterwards);
+        let mut inspection =
+            Inspection::new(count, is_ordered, self.measures(), afterwards, self.profile.clone());
         let imported = import(&self.listing, &self.out, &self.options, &mut inspection, talk)?;
         drop(self.video.take());
         self.tell(&imported, afterwards, talk);
@@ -108,6 +109,12 @@ impl Prepared {
         let Self { options, listing, profile, sorting, .. } = self;
         for note in imported.conversions.iter().chain(&imported.findings) {
             talk.say(&format!("note: {note}"));
+        }
+        if let Some(found) = &imported.exif_focal_length {
+            talk.say(&format!(
+                "note: focal length {:.0} px by EXIF ({}); give --focal-length-px if you know better",
+                found.px, found.told
+            ));
         }
         if listing.untimed > 0 && listing.untimed < listing.images.len() {
             talk.say(&format!(

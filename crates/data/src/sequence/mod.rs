@@ -35,8 +35,8 @@ pub use load::load_volume;
 pub use lock::{lock, refuse_busy};
 pub use nominal_lens::{FocalLength, NominalLens};
 pub use pixels::{
-    DecodedImage, ForeignFormat, Header, ImageFault, LARGEST_IMAGE, decode_grey, encode_png, header,
-    image_formats, time_taken,
+    DecodedImage, ExifFocalLength, ForeignFormat, Header, ImageFault, LARGEST_IMAGE, ToldLength, decode_grey,
+    encode_png, header, image_formats, time_taken,
 };
 pub use positions::read_positions;
 pub use reader::{JOURNAL, Sequence};

@@ -15,8 +15,10 @@ use std::path::{Path, PathBuf};
 use jiff::civil::DateTime;
 
 use super::error::SequenceError;
+use super::nominal_lens::NominalLens;
 use super::pixels::{
-    DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, foreign_format, header, time_taken, with_bit_depth,
+    DecodedImage, ExifFocalLength, FocalLengths, ImageFault, LARGEST_IMAGE, decode_grey, exif_of,
+    focal_length, foreign_format, header, time_of, with_bit_depth,
 };
 use super::positions::read_positions;
 use super::reader::{MOST_FRAMES, START, describe};
@@ -40,6 +42,12 @@ pub use selection::{Chosen, Span, choose, spans_of};
 pub trait Inspector {
     /// The next frame of the sequence, the image that it is made of, and its position if that is given.
     fn look(&mut self, _image: &Chosen, _frame: &Frame, _position_mm: Option<f64>) {}
+
+    /// The lens that has the focal length which the images tell, and the rig's record with it, if it is to be
+    /// recorded. Asked after the last image, and only if no lens is stated.
+    fn lens(&mut self, _told: &ExifFocalLength) -> Option<(NominalLens, serde_json::Value)> {
+        None
+    }
 
     /// What was found in all of them, one sentence each.
     fn findings(&mut self) -> Vec<String> {
@@ -76,6 +84,8 @@ pub struct Imported {
     /// Names of two images of which the second follows the first, and was taken before it, as their EXIF tells; the
     /// first two such. `None` if times agree with the order, or are not told.
     pub out_of_time: Option<[String; 2]>,
+    /// The focal length that was taken from EXIF, because none was stated.
+    pub exif_focal_length: Option<ExifFocalLength>,
 }
 
 /// Makes the sequence `out` of images, which stay as they are. Calibration images must be of the size and the
@@ -160,6 +170,7 @@ pub fn import(
         conversions: BTreeMap::new(),
         latest: None,
         out_of_time: None,
+        focal_lengths: FocalLengths::default(),
     };
     let total = images.len() + calibration.iter().map(|(_, images)| images.len()).sum::<usize>();
     progress.begin("importing", total as u64);
@@ -177,10 +188,24 @@ pub fn import(
         }
     }
     progress.end();
-    let Import { writer, conversions: done, out_of_time, .. } = import;
+    let Import { writer, conversions: done, out_of_time, focal_lengths, .. } = import;
     writer.finish(ExitStatus::Complete, StopFacts::default())?;
     let done: Vec<String> = done.iter().map(|(words, count)| format!("{count} image(s): {words}")).collect();
-    let found = inspector.findings();
+    let (exif_focal_length, zoom) = match focal_lengths.agreed() {
+        Some(Ok(told)) if options.lens.is_none() => {
+            let known = inspector.lens(&told);
+            let is_known = known.is_some();
+            if let (Some((lens, with_lens)), Origin::Imported { rig, .. }) = (known, &mut record.origin) {
+                record.intrinsics = Some(lens.intrinsics(record.columns, record.rows));
+                *rig = Some(with_lens);
+            }
+            (is_known.then_some(told), None)
+        }
+        Some(Err(zoom)) => (None, Some(zoom)),
+        _ => (None, None),
+    };
+    let mut found = inspector.findings();
+    found.extend(zoom);
     if let Origin::Imported { conversions, findings, .. } = &mut record.origin {
         conversions.clone_from(&done);
         findings.clone_from(&found);
@@ -200,6 +225,7 @@ pub fn import(
         findings: found,
         has_gaps,
         out_of_time,
+        exif_focal_length,
     })
 }
 
@@ -221,6 +247,8 @@ struct Import<'a> {
     latest: Option<(DateTime, String)>,
     /// As in [`Imported`].
     out_of_time: Option<[String; 2]>,
+    /// Those that the frames of the scan tell.
+    focal_lengths: FocalLengths,
 }
 
 impl Import<'_> {
@@ -240,7 +268,8 @@ impl Import<'_> {
         if stored != self.stored {
             return Err(self.unlike(kind, chosen, stored, self.stored.clone()));
         }
-        let taken = time_taken(&bytes);
+        let exif = exif_of(&bytes);
+        let taken = exif.as_ref().and_then(time_of);
         let image = decode(path, &bytes, self.options)?;
         let found = describe(image.frame.rows(), image.frame.columns(), image.frame.bit_depth());
         if found != self.expected {
@@ -257,6 +286,12 @@ impl Import<'_> {
         let facts = FrameFacts { commanded_mm, source: Some(name(path)), taken, ..FrameFacts::default() };
         if let (FrameKind::Scan, Some(taken)) = (kind, taken) {
             self.follow(taken, name(path));
+        }
+        let size = (image.frame.rows(), image.frame.columns());
+        let told =
+            exif.as_ref().filter(|_| kind == FrameKind::Scan).and_then(|exif| focal_length(exif, size));
+        if let Some(told) = told {
+            self.focal_lengths.add(told, name(path));
         }
         match (image.usable_as_is, self.options.link) {
             (true, true) => self.writer.put_link(kind, index, &image.frame, (path, &bytes), facts),

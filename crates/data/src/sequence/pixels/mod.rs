@@ -2,6 +2,7 @@
 
 mod bmp;
 mod fault;
+mod focal_length;
 mod foreign;
 mod formats;
 mod jpeg;
@@ -17,12 +18,15 @@ use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader};
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::grid::area;
 pub use fault::ImageFault;
+pub use focal_length::{ExifFocalLength, ToldLength};
+pub(super) use focal_length::{FocalLengths, focal_length};
 pub use foreign::ForeignFormat;
 pub(super) use foreign::{TELLING_BYTES, foreign_format, foreign_name};
 pub use formats::image_formats;
 pub(super) use formats::is_image_name;
 use formats::kind_of;
 pub use taken::time_taken;
+pub(super) use taken::{exif_of, time_of};
 
 /// An image as a grey frame, with its conversion.
 #[derive(Debug, Clone, PartialEq, Eq)]

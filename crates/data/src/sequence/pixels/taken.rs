@@ -11,9 +11,18 @@ use jiff::civil;
 ///
 /// The zone is not looked at: the photographs of a scan come from one camera.
 pub fn time_taken(bytes: &[u8]) -> Option<civil::DateTime> {
-    let exif = Reader::new().read_from_container(&mut Cursor::new(bytes)).ok()?;
-    let mut time = DateTime::from_ascii(text(&exif, Tag::DateTimeOriginal)?).ok()?;
-    if let Some(fraction) = text(&exif, Tag::SubSecTimeOriginal) {
+    time_of(&exif_of(bytes)?)
+}
+
+/// The EXIF in these bytes of a file; `None` if there is none, or it is damaged.
+pub(in super::super) fn exif_of(bytes: &[u8]) -> Option<Exif> {
+    Reader::new().read_from_container(&mut Cursor::new(bytes)).ok()
+}
+
+/// As [`time_taken`].
+pub(in super::super) fn time_of(exif: &Exif) -> Option<civil::DateTime> {
+    let mut time = DateTime::from_ascii(text(exif, Tag::DateTimeOriginal)?).ok()?;
+    if let Some(fraction) = text(exif, Tag::SubSecTimeOriginal) {
         // A fraction that is none leaves whole seconds.
         let _ = time.parse_subsec(fraction);
     }
