@@ -8,7 +8,8 @@
 //!
 //! 1. In small pictures, two frames show how far each point moves (`start`). Then each further frame has one
 //!    unknown, its position (`search`). All positions over the whole width of the picture are tried with all points at
-//!    once. Nothing is assumed about steps, so gaps, steps back and repeated frames are found like others.
+//!    once. Nothing is assumed about steps, so gaps, steps back and repeated frames are found like others. Where this
+//!    fails, it is tried without what repeats in the pictures (`unrepeated`), and then in larger ones.
 //! 2. In larger pictures, up to the frames' own size, points are placed in each frame by least squares (`follow`),
 //!    near where the cameras that are known so far put them (`expected`).
 //! 3. All cameras and points are adjusted together (`bundle`), with weights that leave out outliers.
@@ -33,6 +34,7 @@ mod steps;
 mod tests;
 mod track;
 mod uncertainty;
+mod unrepeated;
 
 pub use cameras::{CameraPose, Cameras};
 pub use error::TextureMotionError;
@@ -42,9 +44,10 @@ pub use steps::{Return, Step, in_usual_steps};
 
 use choose::choose;
 use expected::Expected;
-use search::SOME;
+use search::{Found, SMALL_REACH, SOME, search};
 use track::Track;
 use uncertainty::Uncertainty;
+use unrepeated::Unrepeated;
 
 /// Longest side of the pictures of the first search, in px.
 const SEARCH_SIDE: usize = 256;
@@ -186,8 +189,40 @@ pub fn texture_motion(
         return Err(TextureMotionError::TooFew { frames: frames.count() });
     }
     let (rows, columns) = frames.size();
-    let (first, least) = search_factors(rows, columns);
-    let (found, mut factor) = search::search(frames, first, least)?;
+    let (mut factor, least) = search_factors(rows, columns);
+    let (mut reach, mut failed) = (None, None);
+    loop {
+        // Where pictures as they are do not connect, they are tried without what repeats in them.
+        for searched in [frames, &Unrepeated(frames)] {
+            match search(searched, factor, reach, factor == least) {
+                Ok(None) => {
+                    reach = Some(SMALL_REACH);
+                    break;
+                }
+                Ok(Some(found)) => match followed(frames, found, factor, options) {
+                    Ok(motion) => return Ok(motion),
+                    Err(error) => failed = failed.or(Some(error)),
+                },
+                // Of two frames it says less than of all.
+                Err(TextureMotionError::NothingFollowed) => {}
+                Err(error) => failed = failed.or(Some(error)),
+            }
+        }
+        if factor == least {
+            return Err(failed.unwrap_or(TextureMotionError::NothingFollowed));
+        }
+        factor = factor.div_ceil(2).max(least);
+    }
+}
+
+/// The motion from what a search found in pictures that are reduced by `factor`.
+fn followed(
+    frames: &dyn Frames,
+    found: Found,
+    mut factor: usize,
+    options: &MotionOptions,
+) -> Result<TextureMotion, TextureMotionError> {
+    let (rows, columns) = frames.size();
     let (focal_length_px, centre_px) = options.lens(rows, columns);
     let mut expected = Expected::of_search(found, focal_length_px, centre_px);
     loop {

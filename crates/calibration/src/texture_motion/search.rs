@@ -12,8 +12,12 @@ use crate::block::Block;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{median, quantile};
 
-/// The mean of all points of a frame: three quarters of them at the least, and the others, occluded, at 0.
+/// The same of the mean of all frames that show a square: three quarters of them at the least, and the others,
+/// occluded, at 0.
 const LEAST_MEAN_CORRELATION: f32 = 0.5;
+/// The same of the mean of all squares in a frame that may be turned by itself: then few are where they are expected.
+/// The mean of 25 squares that have nothing in common is off 0 by 1 / 60, and seldom the best of 1000 places by 0.1.
+const LEAST_MEAN_OF_FRAME: f32 = 0.2;
 /// Distance of the places that are tried, in px.
 const HOP_PX: f64 = 0.6;
 /// Share of the points found in a frame that must lie within a pixel of its place; they are a quarter of all points at
@@ -27,6 +31,9 @@ const LEAST_RHO: f64 = 0.3;
 /// Places across the motion at which a frame is looked for, in px from that of the nearest one. A square is found again up
 /// to 2 px beside; the others are tried if frames are left, as more places agree by chance more often.
 const BESIDE_PX: [f64; 5] = [0.0, 2.0, -2.0, 4.0, -4.0];
+
+/// Reach of the search where points move less than is clear in pictures of half the size, in px.
+pub(super) const SMALL_REACH: isize = 2 * (CLEAR_PX + ONE_PLACE_PX) as isize;
 
 /// Frames in which points of an anchor are looked for, at most.
 pub(super) const SOME: usize = 7;
@@ -53,29 +60,22 @@ struct Point {
     sums: [f64; 2],
 }
 
-/// Finds where all frames stand, and the factor of the pictures in which they were found: `first`, or a smaller one
-/// down to `least`.
+/// Finds where all frames stand in pictures that are reduced by `factor`, of points that move by no more than `reach`
+/// px between two of them; `None` if they move so little that larger pictures show it better, unless these are the
+/// `largest`.
 pub(super) fn search(
     frames: &dyn Frames,
-    first: usize,
-    least: usize,
-) -> Result<(Found, usize), TextureMotionError> {
-    let mut factor = first;
-    let mut reach = None;
-    loop {
-        match start(frames, factor, reach) {
-            Some(start) if start.moved_px >= CLEAR_PX || factor == least => {
-                let small: Vec<Grid<f32>> =
-                    (0..frames.count()).into_par_iter().map(|index| frames.picture(index, factor)).collect();
-                return Ok((Search::new(&small, factor, &start).connect(start)?, factor));
-            }
-            None if factor == least => return Err(TextureMotionError::NothingFollowed),
-            // What moves little is seen better in larger pictures.
-            Some(_) => reach = Some(2 * (CLEAR_PX + ONE_PLACE_PX).ceil() as isize),
-            None => {}
-        }
-        factor = factor.div_ceil(2).max(least);
+    factor: usize,
+    reach: Option<isize>,
+    largest: bool,
+) -> Result<Option<Found>, TextureMotionError> {
+    let start = start(frames, factor, reach).ok_or(TextureMotionError::NothingFollowed)?;
+    if start.moved_px < CLEAR_PX && !largest {
+        return Ok(None);
     }
+    let small: Vec<Grid<f32>> =
+        (0..frames.count()).into_par_iter().map(|index| frames.picture(index, factor)).collect();
+    Search::new(&small, factor, &start).connect(start).map(Some)
 }
 
 /// The shift near a start at which a square correlates best.
@@ -285,7 +285,7 @@ impl<'a> Search<'a> {
             if count >= fewest { sum / count as f32 } else { 0.0 }
         };
         let scores: Vec<f32> = (-reach..=reach).into_par_iter().map(score).collect();
-        let place = best_of(&scores, LEAST_MEAN_CORRELATION, ONE_PLACE_PX / HOP_PX * large / usual)?;
+        let place = best_of(&scores, LEAST_MEAN_OF_FRAME, ONE_PLACE_PX / HOP_PX * large / usual)?;
         let s = (place - reach as f64) * hop;
         let placed: Vec<(f64, f64, f64)> = moving
             .iter()

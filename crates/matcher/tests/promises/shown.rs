@@ -95,10 +95,10 @@ fn scores(maps: &DisparityMaps, truth: &Truth, shown: &[Range<usize>]) -> [Score
     // From the middle frame a line reaches half of the largest disparity to each side. The search at half the
     // resolution leaves out a part of one of its pixels.
     let reach = INSIDE + 14 + 2;
-    for y in 4..ROWS - 4 {
+    for (y, shown) in shown.iter().enumerate().take(ROWS - 4).skip(4) {
         for x in 0..COLUMNS {
             all.add(maps, truth, (x, y));
-            if x >= shown[y].start + reach && x + reach < shown[y].end {
+            if x >= shown.start + reach && x + reach < shown.end {
                 inner.add(maps, truth, (x, y));
             }
         }
