@@ -7,6 +7,7 @@ mod fit;
 mod frame_kernels;
 mod kernels;
 mod mapping;
+mod original;
 mod pose;
 mod region;
 mod resample;
