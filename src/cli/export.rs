@@ -12,7 +12,9 @@ use super::need::{check, close_others};
 use super::scan_end::tell_results;
 use super::surface::known_heights;
 use super::{CliError, Talk};
-use crate::pipeline::{OpenedResults, matched_frame, open_results, surface_need, surface_points};
+use crate::pipeline::{
+    OpenedResults, frame_in_dn, matched_frame, open_results, surface_need, surface_points,
+};
 use crate::report::{MapPicture, Millimetres, ValueRange, Window, class_picture};
 use crate::results::{Look, MapRow, ResultFiles, ResultMap, ResultsError, ResultsKind, encoded_picture};
 use epirig_core::grid::Grid;
@@ -29,6 +31,8 @@ struct Found {
     /// What it was made of, for a title.
     source: String,
     millimetres: Option<Millimetres>,
+    /// The file of the frame whose pixels these are, with `--original`.
+    frame: Option<String>,
     /// The sequence with its results; `None` for a comparison of two.
     of: Option<(Sequence, OpenedResults)>,
 }
@@ -68,6 +72,7 @@ impl Output {
   epirig export seq --out disparity.csv
   epirig export seq --map height --out height.npy
   epirig export seq --map height-without-form --out for/gwyddion.gsf
+  epirig export seq --original --out on-photograph.tiff
   epirig export change --map difference --out difference.npy
 
 The extension chooses the format: {}. PLY (points) and X3P are for
@@ -86,6 +91,10 @@ pub(super) struct Export {
     /// Folder of the results [default: SEQ/results]
     #[arg(long, value_name = "DIR")]
     results: Option<PathBuf>,
+    /// Write the map in the pixels of the original image of the reference frame, not of the rectified one. Each takes
+    /// the value of the nearest rectified pixel; values stay as measured
+    #[arg(long)]
+    original: bool,
 }
 
 #[derive(Serialize)]
@@ -93,6 +102,9 @@ struct Exported {
     file: String,
     rows: usize,
     columns: usize,
+    /// The file of the frame whose pixels these are, with `--original`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame: Option<String>,
 }
 
 impl Export {
@@ -104,6 +116,9 @@ impl Export {
                 Output::extensions()
             ))
         })?;
+        if self.original {
+            self.refuse_other_grids(&output)?;
+        }
         refuse_taken(&self.out)?;
         let found = if self.map.row().kind == ResultsKind::Compare {
             self.difference()?
@@ -122,8 +137,31 @@ impl Export {
         fs::create_dir_all(place).map_err(CliError::file("make", place))?;
         write_new(&self.out, &bytes)?;
         let (rows, columns) = (found.map.rows(), found.map.columns());
-        let exported = Exported { file: self.out.display().to_string(), rows, columns };
-        talk.result(&exported, || format!("{}: {columns} x {rows}\n", exported.file))
+        let Found { frame, .. } = found;
+        let exported = Exported { file: self.out.display().to_string(), rows, columns, frame };
+        talk.result(&exported, || {
+            let of =
+                exported.frame.as_ref().map_or_else(String::new, |frame| format!(", the pixels of {frame}"));
+            format!("{}: {columns} x {rows}{of}\n", exported.file)
+        })
+    }
+
+    /// Refuses with `--original` what needs pixels of one size in mm, and what compares two sequences.
+    fn refuse_other_grids(&self, output: &Output) -> Result<(), CliError> {
+        if self.map.row().kind == ResultsKind::Compare {
+            return Err(CliError::usage(format!(
+                "--original is for maps of one sequence; --map {} compares two, so leave out --original",
+                self.map
+            )));
+        }
+        if matches!(output, Output::Points | Output::Map(MapFormat::X3p)) {
+            return Err(CliError::usage(format!(
+                "{} cannot be written with --original, because its pixels have no common size in mm; leave out \
+                 --original, or choose another format",
+                self.out.display()
+            )));
+        }
+        Ok(())
     }
 
     /// A map of a sequence, if the results belong to it.
@@ -133,10 +171,24 @@ impl Export {
         let opened = open_results(&sequence, &folder)?;
         tell_results(&opened.matched, talk);
         let map = self.map_of(&sequence, &opened, &folder)?;
-        check("exporting a map", surface_need(map.rows(), map.columns()), talk, close_others)?;
-        let millimetres = opened.heights.as_ref().map(Millimetres::of);
+        let need = surface_need(map.rows(), map.columns());
         let source = format!("sequence {}", opened.matched.sequence_uid);
-        Ok(Found { map, source, millimetres, of: Some((sequence, opened)) })
+        if !self.original {
+            check("exporting a map", need, talk, close_others)?;
+            let millimetres = opened.heights.as_ref().map(Millimetres::of);
+            return Ok(Found { map, source, millimetres, frame: None, of: Some((sequence, opened)) });
+        }
+        let taken = sequence.record();
+        check("exporting a map", need.max(surface_need(taken.rows, taken.columns)), talk, close_others)?;
+        let file = &opened.reference_record(&sequence)?.file;
+        Ok(Found {
+            map: opened.in_original_frame(self.map, map),
+            source: format!("{source}, in the pixels of {file}"),
+            // Pixels of a turned camera differ in size on the object.
+            millimetres: None,
+            frame: Some(sequence.folder().join(file).display().to_string()),
+            of: Some((sequence, opened)),
+        })
     }
 
     fn map_of(
@@ -177,6 +229,7 @@ impl Export {
             map: files.needed_map(self.map)?,
             source: format!("sequence {} less {}", facts.second_uid, facts.first_uid),
             millimetres: Some(Millimetres { pixel_mm: facts.pixel_mm, origin_px: facts.origin_px }),
+            frame: None,
             of: None,
         })
     }
@@ -192,8 +245,9 @@ impl Export {
     fn picture(&self, found: &Found) -> Result<Vec<u8>, CliError> {
         let map = &found.map;
         let picture = if self.map.row().classes().is_empty() {
-            let photograph = found.of.as_ref().and_then(|(sequence, opened)| {
-                matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok()
+            let photograph = found.of.as_ref().and_then(|(sequence, opened)| match self.original {
+                true => frame_in_dn(sequence, &[opened.reference_record(sequence).ok()?], 0, None).ok(),
+                false => matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok(),
             });
             let picture = MapPicture::of(self.map, map).in_mm(found.millimetres);
             picture.beside(photograph.as_ref()).picture()?

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::{PipelineError, geometry};
-use crate::calibrate::{Calibration, InputHashes, read_calibration};
+use crate::calibrate::{Calibration, InputHashes, frames_in_order, read_calibration};
 use crate::profile::Profile;
 use crate::results::{MatchSummary, ResultFiles, ResultMap, ResultsError, ResultsKind, ResultsMismatch};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
-use epirig_data::sequence::Sequence;
+use epirig_data::sequence::{FrameRecord, Sequence};
 use epirig_surface::{Heights, heights};
 
 /// Results of `epirig match`, with what they were made with.
@@ -46,6 +46,27 @@ impl OpenedResults {
             }
         }
         (!outlines.is_empty()).then_some(target)
+    }
+
+    /// The record of the reference frame in the sequence that these are results of.
+    ///
+    /// # Errors
+    /// [`PipelineError::NoSuchFrame`] for another sequence.
+    pub fn reference_record<'a>(&self, sequence: &'a Sequence) -> Result<&'a FrameRecord, PipelineError> {
+        let calibration = self.calibration.as_ref().map(|(calibration, _)| calibration);
+        let reference = self.matched.reference;
+        let frame = frames_in_order(sequence, calibration).get(reference).copied();
+        frame.ok_or(PipelineError::NoSuchFrame(reference))
+    }
+
+    /// The `values` of a map of these results in the pixels of the reference frame as it was taken. Each takes the value
+    /// of the nearest rectified pixel; one without such a pixel was not measured. Frames that were matched as captured
+    /// have their pixels already.
+    pub fn in_original_frame(&self, map: ResultMap, values: Grid<f32>) -> Grid<f32> {
+        let Some((calibration, _)) = &self.calibration else { return values };
+        let poses = if calibration.has_motion() { calibration.poses() } else { Vec::new() };
+        let pose = poses.get(self.matched.reference).copied().unwrap_or_default();
+        calibration.mapping.in_raw_frame(&pose, &values, map.row().unknown())
     }
 
     /// A map of these results, or of their `surface`; `None` if they do not have it. One of another size than the

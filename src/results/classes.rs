@@ -15,8 +15,8 @@ pub struct Class {
     pub name: &'static str,
 }
 
-/// The classes of `mask.png`: the answers in their order. The colours are distinct for people with any colour vision
-/// (Wong 2011).
+/// The classes of `mask.png`: the answers in their order, at last that of pixels that were not asked for. The colours
+/// are distinct for people with any colour vision (Wong 2011).
 pub const ANSWER_CLASSES: [Class; Validity::ALL.len()] = [
     Class { value: 255, colour: [240, 240, 240], name: "answered" },
     Class { value: 0, colour: [60, 60, 60], name: "leaves the image" },
@@ -40,7 +40,7 @@ pub fn reason(validity: Validity) -> String {
 }
 
 /// Uses of the pixels of a surface, the classes of `used.png`: for the levels; used, but not for the levels (too near
-/// to a wall, or an outlier); a height that is not used; no height.
+/// to a wall, or an outlier); a height that is not used; at last no height.
 pub const USED_CLASSES: [Class; 4] = [
     Class { value: 255, colour: [0, 158, 115], name: "used" },
     Class { value: 160, colour: [230, 159, 0], name: "walls and outliers" },

@@ -135,6 +135,11 @@ impl MapRow {
         }
     }
 
+    /// The value of a pixel that was not measured: NaN, or the grey value of the last class.
+    pub fn unknown(&self) -> f32 {
+        self.classes().last().map_or(f32::NAN, |class| f32::from(class.value))
+    }
+
     /// What a file says of the map: its title, with `source`, what it was made of, if that is to be named. A pixel is
     /// `pixel_mm` wide, if that is known.
     pub fn facts(&self, pixel_mm: Option<f64>, source: Option<&str>) -> MapFacts {
@@ -158,6 +163,13 @@ mod tests {
         assert_eq!(title(ResultMap::Disparity, None), "Disparity in px");
         assert_eq!(title(ResultMap::Confidence, None), "Confidence");
         assert_eq!(title(ResultMap::HeightFiltered, Some("s")), "Height between the cut-offs in mm, s");
+    }
+
+    #[test]
+    fn pixels_that_were_not_measured_have_no_value() {
+        assert!(ResultMap::Sigma.row().unknown().is_nan());
+        // Outside mask or region; no height.
+        assert_eq!([ResultMap::Mask, ResultMap::Used].map(|map| map.row().unknown()), [200.0, 0.0]);
     }
 
     #[test]

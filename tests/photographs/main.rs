@@ -12,4 +12,5 @@ mod size;
 
 mod generator;
 mod measured;
+mod original;
 mod stored;
