@@ -22,6 +22,9 @@ const OBSERVATIONS: usize = 200_000;
 const SIGNIFICANT: f64 = 3.0;
 /// A drift of rows over the path that is less than this, in px, costs less than the resampling that corrects it.
 const LEAST_DRIFT_PX: f64 = 0.01;
+/// Share of the places of points that is left out before that is noted: photographs of trees, with deep gaps between
+/// them, have 0.04, flat objects less than 0.01.
+const MANY_REJECTED: f64 = 0.1;
 
 /// A volume as frames of 8 bit.
 struct VolumeFrames<'a>(&'a Volume);
@@ -238,6 +241,13 @@ fn remark(motion: &CameraMotionRecord, remarks: &mut Remarks) {
             "frames have too few points to tell whether the camera turned by itself from frame to frame; more texture would tell"
                 .to_owned(),
         );
+    }
+    if motion.rejected > MANY_REJECTED {
+        remarks.notes.push(format!(
+            "{:.0} % of the places of points contradict a camera that moves along a line: something in the scene moves, shines or is hidden; \
+             the motion is that of the others",
+            100.0 * motion.rejected
+        ));
     }
     if motion.model.rotations {
         let [pitch, yaw, roll] = motion.rotation_rms_deg();

@@ -218,6 +218,9 @@ fn refused(error: PipelineError, sequence: &Sequence) -> CliError {
     let matches = format!("`epirig match {}`", quoted(sequence.folder()));
     let blame = error.blame();
     let message = match error {
+        PipelineError::Calibrate(CalibrateError::TextureMotion(why)) if says_what_to_do(&why) => {
+            format!("the motion cannot be measured: {why}")
+        }
         PipelineError::Calibrate(CalibrateError::TextureMotion(why)) => {
             // What the frames show besides is better advice.
             let cause = cause(sequence, None).filter(|_| why == TextureMotionError::NothingFollowed);
@@ -237,6 +240,12 @@ fn refused(error: PipelineError, sequence: &Sequence) -> CliError {
         other => return other.into(),
     };
     CliError::new(blame, message)
+}
+
+/// Whether the frames cannot be measured as they are, either.
+fn says_what_to_do(why: &TextureMotionError) -> bool {
+    let nothing = matches!(why, TextureMotionError::NoTexture | TextureMotionError::Still);
+    nothing || why.clone().of_other_motion(1.0).is_some()
 }
 
 /// How much is answered, and how well.

@@ -46,6 +46,7 @@ pub(super) fn words(doubt: &Doubt, name: &dyn Fn(usize) -> String, calibrate: &s
                 if what.is_empty() { "they grow or shrink".to_owned() } else { what.join(", ") }
             )
         }
+        Doubt::Other(motion) => motion.to_string(),
         Doubt::Returns(frames) => {
             let what = some_of(frames, |(frame, how)| match how {
                 Return::Back(steps) => {

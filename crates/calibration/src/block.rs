@@ -32,6 +32,11 @@ impl Block {
         (contrast >= LEAST_CONTRAST_DN).then_some(Self { top, left, side, values, norm })
     }
 
+    /// Its middle: column and row, in px.
+    pub(crate) fn middle(&self) -> [f64; 2] {
+        [self.left, self.top].map(|first| first as f64 + 0.5 * (self.side as f64 - 1.0))
+    }
+
     /// The correlation with the square that is (x, y) farther in `picture`; `None` beyond its border.
     pub(crate) fn correlation(&self, picture: &Grid<f32>, x: isize, y: isize) -> Option<f32> {
         let top = self.top.checked_add_signed(y)?;

@@ -31,21 +31,25 @@ impl Frames for ReducedFrames<'_> {
     }
 }
 
-/// The motion in px of the frames, and the frames that it was measured in; `None` if their texture does not tell it.
-pub(super) fn measured(frames: &[(usize, &Reduced)]) -> Option<(TextureMotion, Vec<usize>)> {
+/// The motion in px of the frames, and the frames that it was measured in, or what else they show; `None` if their
+/// texture does not tell it.
+pub(super) fn measured(frames: &[(usize, &Reduced)]) -> Option<Result<(TextureMotion, Vec<usize>), Doubt>> {
     let size = |frame: &Reduced| (frame.fine.rows(), frame.fine.columns());
     let first = frames.first()?.1;
     if frames.iter().any(|frame| size(frame.1) != size(first)) {
         return None;
     }
+    let factor = first.factor as f64;
     let stride = frames.len().div_ceil(MOST_FRAMES);
     let places: Vec<usize> = (0..frames.len()).step_by(stride).collect();
     let looked = ReducedFrames(places.iter().map(|&place| frames[place].1).collect());
-    let mut motion = texture_motion(&looked, &MotionOptions::of_positions(OBSERVATIONS)).ok()?;
-    let factor = first.factor as f64;
+    let mut motion = match texture_motion(&looked, &MotionOptions::of_positions(OBSERVATIONS)) {
+        Ok(motion) => motion,
+        Err(error) => return error.of_other_motion(factor).map(|error| Err(Doubt::Other(error))),
+    };
     motion.position_px.iter_mut().for_each(|position| *position *= factor);
     motion.residual_px *= factor;
-    Some((motion, places))
+    Some(Ok((motion, places)))
 }
 
 /// What is wrong with a motion of the frames with these numbers, which are taken to stand at `given` in usual steps;

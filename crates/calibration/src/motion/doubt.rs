@@ -1,6 +1,6 @@
 //! What was seen in frames.
 
-use crate::texture_motion::{Return, Step};
+use crate::texture_motion::{Return, Step, TextureMotionError};
 
 /// What was seen in the frames. Frames are numbered from 0, in the order in which they came.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,6 +39,8 @@ pub enum Doubt {
         /// Steps that are longer than the one that is taken by half a usual step and more.
         gaps: Vec<Step>,
     },
+    /// What moves does not move along a line, and no measurement makes up for it.
+    Other(TextureMotionError),
     /// These frames do not stand beyond the ones before them.
     Returns(Vec<(usize, Return)>),
     /// The frames are not in the order of the motion; this order of them is.

@@ -94,7 +94,9 @@ impl<'a> Judge<'a> {
             return motion;
         }
         let followed = if motion.doubts.is_empty() { along::measured(&self.frames) } else { None };
-        if let Some((followed, looked)) = followed {
+        if let Some(Err(other)) = followed {
+            motion.doubts.push(other);
+        } else if let Some(Ok((followed, looked))) = followed {
             let numbers: Vec<usize> = looked.iter().map(|&place| self.frames[place].0).collect();
             let given = places.map(|places| {
                 let places = in_usual_steps(places);

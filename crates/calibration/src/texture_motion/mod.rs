@@ -17,6 +17,7 @@
 
 mod bundle;
 mod cameras;
+mod cause;
 mod choose;
 mod error;
 mod expected;
@@ -42,6 +43,7 @@ pub use frames::Frames;
 pub use model::MotionModel;
 pub use steps::{Return, Step, in_usual_steps};
 
+use cause::{cause, contradiction};
 use choose::choose;
 use expected::Expected;
 use search::{Found, SMALL_REACH, SOME, search};
@@ -132,6 +134,9 @@ impl MotionOptions {
 /// Focal length of a usual lens, as a share of the longest side of the picture.
 const USUAL_FOCAL_LENGTH: f64 = 1.2;
 
+/// Where rows are not known this well, in px, frames cannot be matched.
+const LARGEST_ROWS_SIGMA_PX: f64 = 1.0;
+
 /// Error of disparities that good photographs have besides, in px: what costs less is not told.
 const COST_PX: f64 = 0.03;
 /// Error of a disparity for a movement across the rows of 1 px over the baseline. Texture that is not vertical then
@@ -189,7 +194,8 @@ pub fn texture_motion(
         return Err(TextureMotionError::TooFew { frames: frames.count() });
     }
     let (rows, columns) = frames.size();
-    let (mut factor, least) = search_factors(rows, columns);
+    let (first, least) = search_factors(rows, columns);
+    let mut factor = first;
     let (mut reach, mut failed) = (None, None);
     loop {
         // Where pictures as they are do not connect, they are tried without what repeats in them.
@@ -209,7 +215,12 @@ pub fn texture_motion(
             }
         }
         if factor == least {
-            return Err(failed.unwrap_or(TextureMotionError::NothingFollowed));
+            return Err(match (cause(frames, first), failed) {
+                // Points were followed, so they move a little.
+                (Some(TextureMotionError::Still), Some(failed)) => failed,
+                (Some(cause), _) => cause,
+                (None, failed) => failed.unwrap_or(TextureMotionError::NothingFollowed),
+            });
         }
         factor = factor.div_ceil(2).max(least);
     }
@@ -230,7 +241,12 @@ fn followed(
         let tracks = follow::follow(frames, factor, &expected, options.observations);
         if factor == 1 {
             let chosen = choose(&tracks, &expected.cameras, options.may)?;
-            return Ok(motion(&tracks, chosen));
+            contradiction(&chosen.fit, (rows, columns)).map_or(Ok(()), Err)?;
+            let motion = motion(&tracks, chosen);
+            return match motion.rows_sigma_px < LARGEST_ROWS_SIGMA_PX {
+                true => Ok(motion),
+                false => Err(TextureMotionError::Uncertain { rows_px: motion.rows_sigma_px }),
+            };
         }
         let MotionModel { pan, rotations, .. } = options.may;
         let model = MotionModel { pan, rotations, ..MotionModel::default() };

@@ -28,7 +28,7 @@ pub(super) const MOVES_PX: f64 = 0.5;
 pub(super) const CLEAR_PX: f64 = 1.5;
 /// Share of the moving squares that must agree on a direction: a majority, so that no other direction has as many. Of
 /// squares that are found at random places, one in twenty agrees.
-const AGREE_ON_DIRECTION: f64 = 0.6;
+pub(super) const AGREE_ON_DIRECTION: f64 = 0.6;
 
 /// Where a parabola through three values has its peak, from the middle one.
 pub(super) fn peak(before: f32, here: f32, after: f32) -> f64 {
@@ -57,8 +57,8 @@ pub(super) fn start(frames: &dyn Frames, factor: usize, reach: Option<isize>) ->
         for distance in distances {
             let others = [anchor.checked_add(distance), anchor.checked_sub(distance)];
             for other in others.into_iter().flatten().filter(|&other| other <= last) {
-                let found = between(&from, &frames.picture(other, factor), &blocks, reach);
-                let Some((points, direction, moved_px)) = found else { continue };
+                let found = found_between(&from, &frames.picture(other, factor), &blocks, reach);
+                let Some((points, direction, moved_px)) = agreeing(found) else { continue };
                 if best.as_ref().is_none_or(|best| moved_px > best.moved_px) {
                     best = Some(Start { anchor, other, points, direction, moved_px });
                 }
@@ -73,24 +73,25 @@ pub(super) fn start(frames: &dyn Frames, factor: usize, reach: Option<isize>) ->
 
 type Moved = (Vec<(Block, f64)>, [f64; 2], f64);
 
-/// How far squares have moved between two pictures: those that agree on a direction, the direction, and the usual
-/// size.
-fn between(
+/// How far squares have moved between two pictures: those that are found in one place only.
+pub(super) fn found_between(
     from: &Grid<f32>,
     to: &Grid<f32>,
     blocks: &[(usize, usize)],
     reach: Option<isize>,
-) -> Option<Moved> {
+) -> Vec<(Block, [f64; 2])> {
     let limit = |size: usize| reach.unwrap_or(size as isize / 4).min(size as isize / 4).max(2);
-    let (x_reach, y_reach) = (limit(from.columns()), limit(from.rows()));
-    let found: Vec<(Block, [f64; 2])> = blocks
-        .par_iter()
-        .filter_map(|&(left, top)| {
-            let block = Block::of(from, top, left, SIDE)?;
-            let shift = anywhere(&block, to, (x_reach, y_reach))?;
-            Some((block, shift))
-        })
-        .collect();
+    let reach = (limit(from.columns()), limit(from.rows()));
+    let found = |&(left, top): &(usize, usize)| {
+        let block = Block::of(from, top, left, SIDE)?;
+        let shift = anywhere(&block, to, reach)?;
+        Some((block, shift))
+    };
+    blocks.par_iter().filter_map(found).collect()
+}
+
+/// Those that agree on a direction, the direction, and the usual size.
+fn agreeing(found: Vec<(Block, [f64; 2])>) -> Option<Moved> {
     let size = |shift: &[f64; 2]| shift[0].hypot(shift[1]);
     let moving = found.iter().filter(|(_, shift)| size(shift) >= MOVES_PX).count();
     let axis = |axis: usize| {

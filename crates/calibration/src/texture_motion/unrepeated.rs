@@ -41,10 +41,9 @@ fn unrepeated(picture: &Grid<f32>) -> Grid<f32> {
     let mean = picture.values().iter().sum::<f32>() / (rows * columns) as f32;
     let [down, across] = [rows, columns].map(faded);
     let mut waves = Grid::filled(rows, columns, Complex32::default());
-    for y in 0..rows {
-        let values = picture.row(y).iter().zip(&across);
-        let faded = values.map(|(value, across)| Complex32::from(down[y] * across * (value - mean)));
-        waves.row_mut(y).iter_mut().zip(faded).for_each(|(wave, value)| *wave = value);
+    for (y, down) in down.iter().enumerate() {
+        let pixels = waves.row_mut(y).iter_mut().zip(picture.row(y)).zip(&across);
+        pixels.for_each(|((wave, value), across)| *wave = Complex32::from(down * across * (value - mean)));
     }
     let mut waves = transformed(transformed(waves, FftDirection::Forward), FftDirection::Forward);
     let usual = usual_amplitudes(&waves);
