@@ -244,7 +244,7 @@ fn remark(motion: &CameraMotionRecord, remarks: &mut Remarks) {
     }
     if motion.rejected > MANY_REJECTED {
         remarks.notes.push(format!(
-            "{:.0} % of the places of points contradict a camera that moves along a line: something in the scene moves, shines or is hidden; \
+            "{:.0} % of the places of points contradict a camera that moves along a line: something in the scene moves, shines or is occluded; \
              the motion is that of the others",
             100.0 * motion.rejected
         ));

@@ -98,7 +98,12 @@ fn photographs_without_motion_are_refused_with_the_cause() {
         let grey = Frame::new(64, 96, 8, Samples::U8(vec![100; 64 * 96])).unwrap();
         write_png(&path.join(format!("grey/{index}.png")), &grey);
     }
-    fails(path, &["measure", "grey", "--out", "blank"], 6, &["too little texture", "`epirig match blank`"]);
+    fails(
+        path,
+        &["measure", "grey", "--out", "blank"],
+        6,
+        &["too little texture", "bring more light or contrast"],
+    );
 
     photographs(&path.join("back"), &[0.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
     let words = ["frame 4 (4.png) cannot be told from none", "--exclude", "`epirig match returns`"];

@@ -130,8 +130,7 @@ fn move_cameras(cameras: &mut Cameras, free: MotionModel, change: &DVector<f64>)
 
 fn move_points(points: &mut [Point], eliminated: &[Eliminated], change: Option<&DVector<f64>>) {
     for (point, Eliminated { inverse, right, mixed }) in points.iter_mut().zip(eliminated) {
-        let taken: Vector3<f64> = change
-            .map_or_else(Vector3::zeros, |change| mixed.iter().map(|(index, by)| by * change[*index]).sum());
+        let taken = change.map_or_else(Vector3::zeros, |change| mixed.sum(change));
         let step = inverse * (right - taken);
         point.bearing[0] += step.x;
         point.bearing[1] += step.y;

@@ -24,7 +24,7 @@ pub enum TextureMotionError {
     )]
     NoTexture,
     /// Points stay where they are.
-    #[error("nothing moves from frame to frame: the camera or the object must move")]
+    #[error("nothing moves from frame to frame: take frames from places along a line")]
     Still,
     /// The picture grows or shrinks about a place in it.
     #[error(

@@ -1,5 +1,7 @@
 //! The normal equations of all cameras, with the points eliminated.
 
+use std::ops::Range;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 
@@ -20,8 +22,64 @@ pub(super) struct Eliminated {
     /// Inverse of the point's matrix, and its right side.
     pub(super) inverse: Matrix3<f64>,
     pub(super) right: Vector3<f64>,
-    /// Of each camera unknown: its index, and its products with those of the point.
-    pub(super) mixed: Vec<(usize, Vector3<f64>)>,
+    /// Products of camera unknowns with those of the point.
+    pub(super) mixed: Mixed,
+}
+
+/// Products of some camera unknowns with the three unknowns of a point.
+pub(super) struct Mixed {
+    /// Runs of unknowns that follow each other: the first of them, and where their products begin and end.
+    runs: Vec<(usize, Range<usize>)>,
+    products: [Vec<f64>; 3],
+}
+
+impl Mixed {
+    fn of_common() -> Self {
+        Self { runs: vec![(0, 0..COMMON)], products: [(); 3].map(|()| vec![0.0; COMMON]) }
+    }
+
+    /// Adds those of an unknown: one of the common ones, or one after all that are there.
+    fn add(&mut self, index: usize, products: &Vector3<f64>) {
+        if index < COMMON {
+            (0..3).for_each(|axis| self.products[axis][index] += products[axis]);
+            return;
+        }
+        let end = self.products[0].len();
+        match self.runs.last_mut() {
+            Some((first, places)) if *first + places.len() == index => places.end += 1,
+            _ => self.runs.push((index, end..end + 1)),
+        }
+        (0..3).for_each(|axis| self.products[axis].push(products[axis]));
+    }
+
+    /// The sum of all products, each times the change of its unknown.
+    pub(super) fn sum(&self, change: &DVector<f64>) -> Vector3<f64> {
+        let changes = self.runs.iter().flat_map(|(first, places)| *first..first + places.len());
+        let [x, y, z] = &self.products;
+        let products = x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z));
+        products.zip(changes).map(|(by, index)| by * change[index]).sum()
+    }
+
+    /// Takes the point's part off the equations.
+    fn eliminate(&self, inverse: &Matrix3<f64>, right: &Vector3<f64>, normal: &mut Normal) {
+        let [x, y, z] = &self.products;
+        for (run, (first, places)) in self.runs.iter().enumerate() {
+            for (index, at) in (*first..).zip(places.clone()) {
+                let solved = inverse * Vector3::new(x[at], y[at], z[at]);
+                normal.right[index] -= solved.dot(right);
+                let row = &mut normal.matrix[index * normal.count..][..normal.count];
+                for (first, others) in &self.runs[..=run] {
+                    // Of the lower triangle.
+                    let others = others.start..others.end.min(at + 1);
+                    let sums = &mut row[*first..][..others.len()];
+                    let (x, y, z) = (&x[others.clone()], &y[others.clone()], &z[others]);
+                    for (((sum, x), y), z) in sums.iter_mut().zip(x).zip(y).zip(z) {
+                        *sum -= solved.x * x + solved.y * y + solved.z * z;
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// The reduced normal equations.
@@ -84,7 +142,7 @@ fn eliminate(
     (views, free): (&[View], MotionModel),
     normal: &mut Normal,
 ) -> Eliminated {
-    let mut mixed: Vec<(usize, Vector3<f64>)> = (0..COMMON).map(|index| (index, Vector3::zeros())).collect();
+    let mut mixed = Mixed::of_common();
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for (sight, &weight) in track.sights.iter().zip(weights).filter(|(_, weight)| weight.x > 0.0) {
         let Some(seen) = Seen::of(track, (sight, weight), &views[sight.frame], point, free) else { continue };
@@ -95,20 +153,12 @@ fn eliminate(
         for (at, (index, derivative)) in unknowns.iter().enumerate() {
             normal.right[*index] += derivative.dot(&seen.residual);
             unknowns[..=at].iter().for_each(|(other, by)| normal.add(*index, *other, derivative.dot(by)));
-            let products = by_point.transpose() * derivative;
-            match mixed.get_mut(*index).filter(|_| *index < COMMON) {
-                Some((_, sum)) => *sum += products,
-                None => mixed.push((*index, products)),
-            }
+            mixed.add(*index, &(by_point.transpose() * derivative));
         }
     }
     matrix += Matrix3::identity() * (POINT_DAMPING * matrix.trace()).max(f64::MIN_POSITIVE);
     let inverse = matrix.try_inverse().unwrap_or_else(Matrix3::zeros);
-    for (at, (index, products)) in mixed.iter().enumerate() {
-        let solved = inverse * products;
-        normal.right[*index] -= solved.dot(&right);
-        mixed[..=at].iter().for_each(|(other, by)| normal.add(*index, *other, -solved.dot(by)));
-    }
+    mixed.eliminate(&inverse, &right, normal);
     Eliminated { inverse, right, mixed }
 }
 

@@ -7,6 +7,7 @@ pub(super) struct Track {
     pub(super) cell: (i64, i64),
     /// The direction in which it moves through the picture, a unit vector: columns, rows.
     pub(super) direction: [f64; 2],
+    /// In the order of the frames.
     pub(super) sights: Vec<Sight>,
 }
 
