@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::options::Occlusion;
-use super::validity::Validity;
 use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
 
@@ -22,16 +21,16 @@ pub(crate) struct Shift {
 }
 
 impl Shift {
-    /// The shift by `exact` px in images `columns` wide.
-    pub(super) fn by(exact: f64, columns: usize) -> Self {
+    /// The shift by `exact` px in images that show these columns.
+    pub(super) fn by(exact: f64, shown: &Range<usize>) -> Self {
         // Sums of products such as 12 * (1/3) miss whole numbers by rounding; a sample must not leave the
         // image by that.
         let nearest = exact.round();
         let shift = if (exact - nearest).abs() < 1e-6 { nearest } else { exact };
         let whole = shift.floor();
-        let last = (columns - 1) as f64;
-        let first = (-shift).ceil().clamp(0.0, last + 1.0);
-        let end = ((last - shift).floor() + 1.0).clamp(first, last + 1.0);
+        let (start, end) = (shown.start as f64, shown.end as f64);
+        let first = (start - shift).ceil().clamp(start, end);
+        let end = (end - shift).floor().clamp(first, end);
         Self { whole: whole as isize, fraction: shift - whole, first: first as usize, end: end as usize }
     }
 }
@@ -43,6 +42,9 @@ pub struct EpiLines {
     asked: Range<usize>,
     reference: usize,
     offsets: Vec<f64>,
+    /// Columns in which samples count.
+    seen: Range<usize>,
+    /// The columns of each row that all frames show.
     shown: Option<Arc<[Range<usize>]>>,
 }
 
@@ -54,7 +56,7 @@ impl EpiLines {
     pub fn new(tau: &Tau, reference: usize, columns: usize) -> Self {
         let origin = tau.values()[reference];
         let offsets = tau.values().iter().map(|value| value - origin).collect();
-        Self { columns, asked: 0..columns, reference, offsets, shown: None }
+        Self { columns, asked: 0..columns, reference, offsets, seen: 0..columns, shown: None }
     }
 
     /// The same of which only those through these `columns` of the reference frame are searched.
@@ -71,21 +73,44 @@ impl EpiLines {
         Self { shown, ..self }
     }
 
-    /// Takes the guesses of pixels whose line leaves the columns that all frames show.
-    pub(crate) fn forget_half_shown(&self, guess: &mut Grid<f32>, validity: &mut Grid<Validity>) {
-        let Some(shown) = &self.shown else { return };
-        let ends = [-self.tau_before(), self.tau_after()];
-        for (y, shown) in shown.iter().enumerate() {
-            let (low, high) = (shown.start as f64, shown.end as f64 - 1.0);
-            let pixels = guess.row_mut(y).iter_mut().zip(validity.row_mut(y)).enumerate();
-            for (x, (guess, validity)) in pixels.filter(|(_, (guess, _))| !guess.is_nan()) {
-                let place = |tau: f64| x as f64 + f64::from(*guess) * tau;
-                if !ends.iter().all(|&tau| (low..=high).contains(&place(tau))) {
-                    *guess = f32::NAN;
-                    *validity = Validity::LeavesImage;
-                }
-            }
+    /// The columns of row `y` that all frames show: all there are, unless others were given.
+    pub(crate) fn shown(&self, y: usize) -> Range<usize> {
+        self.shown.as_ref().and_then(|rows| rows.get(y)).cloned().unwrap_or(0..self.columns)
+    }
+
+    /// Takes the guesses of pixels that some frame does not show.
+    pub(crate) fn forget_unshown(&self, guess: &mut Grid<f32>) {
+        for y in 0..guess.rows() {
+            let shown = self.shown(y);
+            let row = guess.row_mut(y);
+            row[..shown.start].fill(f32::NAN);
+            row[shown.end..].fill(f32::NAN);
         }
+    }
+
+    /// The same lines in rows that are searched together: only columns that are shown in all of them are seen. `None` if
+    /// that makes no difference.
+    pub(crate) fn of_rows(&self, rows: Range<usize>) -> Option<Self> {
+        let shown = self.shown.as_ref()?;
+        let rows = &shown[rows.start.min(shown.len())..rows.end.min(shown.len())];
+        let common =
+            |one: Range<usize>, other: Range<usize>| one.start.max(other.start)..one.end.min(other.end);
+        let seen = rows.iter().filter(|range| !range.is_empty()).cloned().reduce(common).unwrap_or(0..0);
+        Some(Self { seen: seen.start..seen.end.max(seen.start), ..self.clone() })
+    }
+
+    /// Up to `most` rows that may be searched together: in them the columns that are shown change by a few px.
+    pub(crate) fn rows_together(&self, most: usize) -> usize {
+        const FEW_PX: usize = 8;
+        let Some(shown) = &self.shown else { return most };
+        let changes = shown
+            .iter()
+            .zip(shown.iter().skip(most))
+            .filter(|(one, other)| !one.is_empty() && !other.is_empty());
+        let change = changes
+            .map(|(one, other)| one.start.abs_diff(other.start).max(one.end.abs_diff(other.end)))
+            .max();
+        (most * FEW_PX / change.unwrap_or(0).max(FEW_PX)).max(1)
     }
 
     /// The same lines in some of the frames, of which `reference` is the reference.
@@ -147,7 +172,7 @@ impl EpiLines {
 
     /// Shift of frame `t` under disparity `disparity_px`.
     pub(crate) fn shift(&self, disparity_px: f64, t: usize) -> Shift {
-        Shift::by(disparity_px * self.offsets[t], self.columns)
+        Shift::by(disparity_px * self.offsets[t], &self.seen)
     }
 }
 

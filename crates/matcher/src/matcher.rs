@@ -88,8 +88,7 @@ impl Matcher {
     }
 
     /// The same of frames that all show only some columns, a range for each row of the picture: beyond them
-    /// there is nothing of the scene. A pixel whose line leaves them in any frame is not answered
-    /// ([`Validity::LeavesImage`]). The interpolation along lines reads 3 px beyond.
+    /// there is nothing of the scene, as beyond the image. The interpolation along lines reads 3 px beyond.
     ///
     /// # Errors
     /// [`MatchError::ShownRows`] if there is not a range for each row, or one leads beyond the image.
@@ -268,7 +267,7 @@ fn matched(
     let pass = debug_span!("search").entered();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
     let task = Task { volume: searched_in, lines: &lines, range, ordering, rule, options };
-    let SearchResult { mut guess, cost, confidence, validity: mut searched, deviation_share } = {
+    let SearchResult { mut guess, cost, confidence, validity: searched, deviation_share } = {
         let searched = match &halved {
             None => search(task, progress),
             Some(halved) => halved.searched(task, progress),
@@ -284,7 +283,7 @@ fn matched(
     if let Some(area) = area {
         area.forget_beside(&mut guess);
     }
-    lines.forget_half_shown(&mut guess, &mut searched);
+    lines.forget_unshown(&mut guess);
     debug!(deviation_share, "searched");
     drop(pass);
     let steps = match (&halved, options.fit) {

@@ -5,9 +5,9 @@ use std::ops::Range;
 /// Rows that a thread searches in one go; windows reach a little beyond them.
 pub(crate) const BAND_ROWS: usize = 32;
 
-/// The rows of an image in pieces for one thread each.
-pub(crate) fn bands(rows: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..rows).step_by(BAND_ROWS).map(move |y| y..(y + BAND_ROWS).min(rows))
+/// The rows of an image in pieces of `height` for one thread each.
+pub(crate) fn bands(rows: usize, height: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..rows).step_by(height).map(move |y| y..(y + height).min(rows))
 }
 
 /// Number of rows in which the cost of right candidates is measured.

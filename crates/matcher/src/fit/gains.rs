@@ -104,8 +104,13 @@ fn row_points(volume: &Volume, lines: &EpiLines, guess: &Grid<f32>, y: usize) ->
     let epi = LinearEpi::new(volume, y);
     let full_scale = (1_u32 << volume.bit_depth()) as f32;
     let frames = volume.frames();
+    let shown = lines.shown(y);
     let point = |x: usize| {
         let disparity = guess.at(x, y);
+        let ends = [-lines.tau_before(), lines.tau_after()].map(|tau| x as f64 + f64::from(disparity) * tau);
+        if !ends.iter().all(|&end| end >= shown.start as f64 && end + 1.0 <= shown.end as f64) {
+            return None;
+        }
         let sample = |(t, tau): (usize, &f64)| epi.at(t, x as f32 + disparity * *tau as f32);
         let mut ratios: Vec<f32> = lines.offsets().iter().enumerate().map(sample).collect::<Option<_>>()?;
         let mean = ratios.iter().sum::<f32>() / frames as f32;

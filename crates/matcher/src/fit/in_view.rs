@@ -1,5 +1,7 @@
 //! Which frames see a block of pixels, and where.
 
+use std::ops::Range;
+
 use super::moments::{FrameSample, VisibleInterval};
 use super::padded::LANES;
 use super::spline::FRACTIONS;
@@ -9,19 +11,27 @@ use crate::validity::visibility::seen_interval;
 // Whole pixels and fractions of a shift are separated by bits.
 const _: () = assert!(FRACTIONS.is_power_of_two());
 
+/// Which samples count.
+pub(super) struct Limits<'a> {
+    /// The columns that frames show.
+    pub(super) columns: &'a Range<usize>,
+    /// First and last tau' in which each pixel of the row is visible, where they are known.
+    pub(super) visible: Option<&'a [(f32, f32)]>,
+}
+
 /// Of the `shown` frames, with their tau', those that see any of the `served` pixels of the block from column
-/// `start` on, whose disparity is about `common`; and, unless all see all, each pixel's interval. Of tau' =
-/// tau - tau_r those in `visible`, one for each pixel of the row, count where they are known.
+/// `start` on, whose disparity is about `common`; and, unless all see all, each pixel's interval, within the
+/// limits.
 pub(super) fn in_view(
     lines: &EpiLines,
     start: usize,
     common: f64,
     served: &[bool; LANES],
     shown: &[(usize, f64)],
-    visible: Option<&[(f32, f32)]>,
+    Limits { columns, visible }: Limits<'_>,
     samples: &mut Vec<FrameSample>,
 ) -> Option<VisibleInterval> {
-    let (low, high) = (1.0, (lines.columns() - 2) as f64);
+    let (low, high) = ((columns.start + 1) as f64, columns.end as f64 - 2.0);
     let moved = [-lines.tau_before(), lines.tau_after()].map(|tau| common * tau);
     let leftmost = start as f64 + moved[0].min(moved[1]);
     let rightmost = (start + LANES - 1) as f64 + moved[0].max(moved[1]);
@@ -39,7 +49,7 @@ pub(super) fn in_view(
     for lane in (0..LANES).filter(|&lane| served[lane]) {
         let x = (start + lane) as f64;
         let of_lane = visible.map(|visible| visible[start + lane]);
-        let (first, last) = seen_interval(x, common, lines.columns(), of_lane);
+        let (first, last) = seen_interval(x, common, columns, of_lane);
         seen.first[lane] = first as f32;
         seen.last[lane] = last as f32;
         earliest = earliest.min(first);

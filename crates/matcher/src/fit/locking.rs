@@ -25,6 +25,7 @@ mod products;
 mod tests;
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 pub(super) use prediction::{Amplitudes, Prediction};
 pub(super) use products::Turns;
@@ -102,7 +103,9 @@ pub(super) struct RowLines<'a> {
     pub(super) lines: &'a EpiLines,
     /// Disparities in px, NaN where unknown.
     pub(super) disparities: &'a [f32],
-    /// First and last tau' in which each pixel is seen; `None`: wherever it is in the image.
+    /// The columns that frames show.
+    pub(super) columns: &'a Range<usize>,
+    /// First and last tau' in which each pixel is seen; `None`: wherever it is in these columns.
     pub(super) visible: Option<&'a [(f32, f32)]>,
     /// A point seen in fewer frames does not count.
     pub(super) minimum_frames: usize,
@@ -112,7 +115,7 @@ impl RowLines<'_> {
     /// First and last tau' in which the point at `x` is seen.
     fn seen(&self, x: usize, disparity: f64) -> (f64, f64) {
         let visible = self.visible.map(|visible| visible[x]);
-        let (first, last) = seen_interval(x as f64, disparity, self.lines.columns(), visible);
+        let (first, last) = seen_interval(x as f64, disparity, self.columns, visible);
         (first.max(-self.lines.tau_before()), last.min(self.lines.tau_after()))
     }
 

@@ -6,6 +6,8 @@
 //! moved away shows the background alone. The background's share is the slope of the regression of the one on
 //! the other (matting before a known background; Smith and Blinn 1996).
 
+use std::ops::Range;
+
 use super::observations::Observation;
 use super::spline::{FRACTIONS, Spline, SplineEpi};
 use crate::lines::EpiLines;
@@ -29,6 +31,8 @@ pub(super) struct RowSamples<'a> {
     pub(super) spline: &'a Spline,
     pub(super) epi: &'a SplineEpi,
     pub(super) lines: &'a EpiLines,
+    /// The columns that frames show.
+    pub(super) columns: &'a Range<usize>,
     /// Only every n-th frame from the reference frame on is there.
     pub(super) every: usize,
 }
@@ -102,10 +106,10 @@ impl RowSamples<'_> {
         (unexplained <= LARGEST_UNEXPLAINED * texture + noise).then_some(share)
     }
 
-    /// The intensity of frame `t` at a column; `None` within a pixel of the borders, where the spline is
-    /// mirrored, and beyond.
+    /// The intensity of frame `t` at a column; `None` within a pixel of the borders of what is shown, where the
+    /// spline is mirrored, and beyond.
     fn sample(&self, t: usize, column: f64) -> Option<f64> {
-        if column < 1.0 || column > (self.lines.columns() - 2) as f64 {
+        if column < (self.columns.start + 1) as f64 || column > self.columns.end as f64 - 2.0 {
             return None;
         }
         let steps = (column * FRACTIONS as f64).round() as usize;
@@ -186,7 +190,7 @@ mod tests {
             .collect();
         let observations = [Observation { weight: 1.0, variance: NOISE_DN as f32, ..UNOBSERVED }; COLUMNS];
         let mut misplaced = [0; COLUMNS];
-        RowSamples { spline: &spline, epi: &epi, lines, every: 1 }.find_misplaced(
+        RowSamples { spline: &spline, epi: &epi, lines, columns: &(0..COLUMNS), every: 1 }.find_misplaced(
             &guesses,
             &observations,
             &mut misplaced,

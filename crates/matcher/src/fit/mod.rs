@@ -124,7 +124,9 @@ pub(crate) fn fit(
     let minimum_frames = options.rule.minimum_frames;
     let (Observations { maps, template, residual }, sums) = steps.observations(&current, 1, |row| {
         report();
-        let of_lines = RowLines { lines, disparities: row.guesses, visible: row.visible, minimum_frames };
+        let columns = &lines.shown(row.y);
+        let of_lines =
+            RowLines { lines, disparities: row.guesses, columns, visible: row.visible, minimum_frames };
         let sampled = options.steps > 0 && is_sampled(row.y, rows);
         sampled.then(|| of_lines.sums(&steps.spline, &turns, row.epi))
     });
@@ -154,7 +156,9 @@ pub(crate) fn fit(
         biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
             let guesses = current.row(y);
             let visible = steps.points_may_be_occluded().then(|| visible_intervals(guesses, lines));
-            let row = RowLines { lines, disparities: guesses, visible: visible.as_deref(), minimum_frames };
+            let columns = &lines.shown(y);
+            let visible = visible.as_deref();
+            let row = RowLines { lines, disparities: guesses, columns, visible, minimum_frames };
             prediction.row(row, out);
         });
         biases

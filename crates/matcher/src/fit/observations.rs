@@ -1,9 +1,11 @@
 //! Observations: the disparity that each pixel shows by itself, from the regression of its intensities on
 //! tau.
 
+use std::ops::Range;
+
 use fearless_simd::Level;
 
-use super::in_view::in_view;
+use super::in_view::{Limits, in_view};
 use super::moments::{Moments, block_moments};
 use super::padded::LANES;
 use super::spline::{Spline, SplineEpi};
@@ -46,7 +48,7 @@ pub(super) const UNOBSERVED: Observation = Observation {
 };
 
 /// Which frames count, and how far they are followed.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct FramesUsed<'a> {
     /// A pixel seen in fewer frames has no observation.
     pub(super) minimum_frames: usize,
@@ -54,7 +56,9 @@ pub(super) struct FramesUsed<'a> {
     pub(super) every: usize,
     /// How far the series is used, in px of shift in the frame farthest from the reference.
     pub(super) series_reach_px: f32,
-    /// First and last tau' = tau - tau_r in which each pixel is seen; `None`: wherever it is in the image.
+    /// The columns that frames show.
+    pub(super) columns: Range<usize>,
+    /// First and last tau' = tau - tau_r in which each pixel is seen; `None`: wherever it is in these columns.
     pub(super) visible: Option<&'a [(f32, f32)]>,
 }
 
@@ -97,7 +101,8 @@ pub(super) fn row_observations(
             let highest = -least(open.map(|guess| if within(guess) { -guess } else { f32::INFINITY }));
             let common = 0.5 * (f64::from(lowest) + f64::from(highest));
             let served = open.map(within);
-            let seen = in_view(lines, start, common, &served, &shown, frames.visible, &mut samples);
+            let limits = Limits { columns: &frames.columns, visible: frames.visible };
+            let seen = in_view(lines, start, common, &served, &shown, limits, &mut samples);
             let moments =
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {
@@ -174,8 +179,13 @@ mod tests {
     const FRAMES: usize = 41;
     const COLUMNS: usize = 120;
     const DISPARITY_PX: f64 = 7.313;
-    const WHOLE: FramesUsed<'static> =
-        FramesUsed { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, visible: None };
+    const WHOLE: FramesUsed<'static> = FramesUsed {
+        minimum_frames: FRAMES,
+        every: 1,
+        series_reach_px: SERIES_REACH_PX,
+        columns: 0..COLUMNS,
+        visible: None,
+    };
     /// Five standard deviations of what counts of 1/128 DN (uniform: 0.0023 DN) leave for a gradient of 4
     /// DN/px and more in the regression over 41 frames of a whole baseline, whose S is 3.6.
     const ROUNDING_PX: f64 = 5.0 * (0.0023 / 4.0) / 1.897;

@@ -128,6 +128,7 @@ impl<'a> Steps<'a> {
                         / (every * if visible.is_some() { 2 } else { 1 }),
                     every,
                     series_reach_px: self.series_reach_px,
+                    columns: self.lines.shown(y),
                     visible: visible.as_deref(),
                 };
                 row_observations(
@@ -164,7 +165,13 @@ impl<'a> Steps<'a> {
             // Columns to the surface that a pixel belongs to; 0 if that is its own.
             row.visible.map(|_| {
                 let mut misplaced = vec![0; row.observations.len()];
-                let samples = RowSamples { spline: &self.spline, epi: row.epi, lines: self.lines, every };
+                let samples = RowSamples {
+                    spline: &self.spline,
+                    epi: row.epi,
+                    lines: self.lines,
+                    columns: &self.lines.shown(row.y),
+                    every,
+                };
                 samples.find_misplaced(row.guesses, row.observations, &mut misplaced);
                 misplaced
             })

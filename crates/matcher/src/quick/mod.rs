@@ -135,7 +135,7 @@ impl Halved {
         let rule = SeenRule::new(volume.frames(), options.min_visible, task.rule.occlusion);
         let mut found =
             search(Task { volume, lines, range: task.range.scaled(0.5), rule, options, ..task }, progress)?;
-        lines.forget_half_shown(&mut found.guess, &mut found.validity);
+        lines.forget_unshown(&mut found.guess);
         if options.fit {
             found.guess = gauss_newton_step(volume, lines, found.guess, rule, || ());
         }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::result::{RowResult, SearchResult};
 use super::task::Task;
-use crate::aggregation::rows::bands;
+use crate::aggregation::rows::{BAND_ROWS, bands};
 use crate::aggregation::semi_global::{Bands, Penalties, RowBand};
 use crate::options::MatchError;
 use epirig_core::progress::Progress;
@@ -29,7 +29,8 @@ pub(super) fn groups_of_bands(task: Task<'_>, candidates: usize) -> Result<Group
         let bands = Bands::of(task.volume, candidates)?;
         Ok(Groups { groups: bands.groups(), band_counts: bands.band_counts })
     } else {
-        let all = bands(task.volume.rows()).map(RowBand::alone).collect();
+        let all =
+            bands(task.volume.rows(), task.lines.rows_together(BAND_ROWS)).map(RowBand::alone).collect();
         Ok(Groups { groups: vec![all], band_counts: 0 })
     }
 }

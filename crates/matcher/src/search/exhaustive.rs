@@ -66,6 +66,9 @@ impl Exhaustive<'_> {
 
     fn tables(&self, rows: Range<usize>) -> Vec<CostTable> {
         let Task { volume, lines, rule, options, .. } = self.task;
+        let half = options.window_px / 2;
+        let own = lines.of_rows(rows.start.saturating_sub(half)..rows.end + half);
+        let lines = own.as_ref().unwrap_or(lines);
         band_costs(&Band::new(volume, rows, options), lines, &self.choice.candidates, rule, options)
     }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::result::SearchResult;
 use super::task::Task;
 use super::tolerance::Tolerance;
-use crate::aggregation::rows::bands;
+use crate::aggregation::rows::{BAND_ROWS, bands};
 use crate::cost::factorised::limits::{NOISE_OF_FRAMES, limits};
 use crate::cost::factorised::plan::Plan;
 use crate::cost::linear_epi::LinearEpi;
@@ -96,7 +96,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
             .filter_map(|x| best(x).map(|(disparity, cost)| (x, disparity, cost * limits[x])))
             .collect()
     };
-    let bands: Vec<_> = bands(volume.rows()).collect();
+    let bands: Vec<_> = bands(volume.rows(), BAND_ROWS).collect();
     let filled: Vec<_> = bands
         .into_par_iter()
         .flat_map_iter(|band| {

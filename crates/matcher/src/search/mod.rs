@@ -64,16 +64,21 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, M
     let groups = groups_of_bands(task, plan.candidates.count())?;
     let occluded = ordering == OrderingUsed::Off && rule.occlusion == Occlusion::OneSide;
     let tolerance = occluded.then(|| measured_tolerance(task, &plan, window));
-    let answers = |band: RowBand, aggregation: Option<Aggregation<'_>>| match ordering {
-        OrderingUsed::On => {
-            let count = plan.candidates.count();
-            let paths = aggregation
-                .map(|aggregation| PathAggregation::new(band.clone(), count, plan.columns, aggregation));
-            let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), paths);
-            sweep::sweep(volume, &plan, window, band.searched, &mut consumer);
-            consumer.into_answers()
+    let answers = |band: RowBand, aggregation: Option<Aggregation<'_>>| {
+        let read = band.searched.start.saturating_sub(half)..band.searched.end + half;
+        let own = lines.of_rows(read).map(|lines| Plan::new(&lines, plan.candidates, rule));
+        let plan = own.as_ref().unwrap_or(&plan);
+        match ordering {
+            OrderingUsed::On => {
+                let count = plan.candidates.count();
+                let paths = aggregation
+                    .map(|aggregation| PathAggregation::new(band.clone(), count, plan.columns, aggregation));
+                let mut consumer = ordered::Ordered::new(plan, lines, options.method.resolution(), paths);
+                sweep::sweep(volume, plan, window, band.searched, &mut consumer);
+                consumer.into_answers()
+            }
+            OrderingUsed::Off => free::Search::new(task, plan, window, tolerance).rows(band, aggregation),
         }
-        OrderingUsed::Off => free::Search::new(task, &plan, window, tolerance).rows(band, aggregation),
     };
     let penalties = options.semi_global.then(|| {
         let typical = match tolerance {

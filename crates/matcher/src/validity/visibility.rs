@@ -3,6 +3,8 @@
 //! A nearer point has the larger |disparity|. A point at x of disparity d and the rim of a nearer surface at
 //! x' of d' meet at tau' = (x - x') / (d' - d); from there on the point is occluded.
 
+use std::ops::Range;
+
 use crate::lines::EpiLines;
 use crate::one_surface::OneSurface;
 
@@ -14,17 +16,18 @@ const RIM_PIXELS: usize = 3;
 /// px.
 const RIM_REACH_PX: f32 = 2.0;
 
-/// First and last tau' at which the point at column `x` lies in images `columns` wide and, if that is known,
-/// is `visible`; the first beyond the last if never.
+/// First and last tau' at which the point at column `x` lies in the columns that are `shown` and, if that is
+/// known, is `visible`; the first beyond the last if never.
 ///
-/// The spline is mirrored at the borders, so within a pixel of them its gradient is not that of the scene.
+/// The spline is mirrored at the borders of the image, so within a pixel of them its gradient is not that of
+/// the scene. Beyond columns that are shown the border of a photograph is repeated, which is no scene either.
 pub(crate) fn seen_interval(
     x: f64,
     disparity_px: f64,
-    columns: usize,
+    shown: &Range<usize>,
     visible: Option<(f32, f32)>,
 ) -> (f64, f64) {
-    let (low, high) = (1.0 - x, (columns - 2) as f64 - x);
+    let (low, high) = ((shown.start + 1) as f64 - x, shown.end as f64 - 2.0 - x);
     let (mut first, mut last) = if disparity_px == 0.0 {
         if low <= 0.0 && high >= 0.0 { (-1.0, 1.0) } else { (f64::INFINITY, f64::NEG_INFINITY) }
     } else {

@@ -121,13 +121,14 @@ impl DisparityBlock {
 
 fn block(lines: &EpiLines, groups: &Groups, candidates: &Candidates, range: Range<usize>) -> DisparityBlock {
     let middle = candidates.disparity_px(0.5 * (range.start + range.end - 1) as f64);
-    let mut shifts = vec![Shift::by(0.0, lines.columns()); lines.frames()];
+    let whole = 0..lines.columns();
+    let mut shifts = vec![Shift::by(0.0, &whole); lines.frames()];
     let mut seen = Vec::with_capacity(groups.groups.len());
     for group in &groups.groups {
         // One column more, for the interpolation.
         let (pad, mut first, mut end) = (PAD as isize, 0, lines.columns() as isize + 1);
         for t in group.frames.clone() {
-            shifts[t] = Shift::by(middle * (lines.offsets()[t] - group.offset), lines.columns());
+            shifts[t] = Shift::by(middle * (lines.offsets()[t] - group.offset), &whole);
             first = first.max(-pad - shifts[t].whole);
             end = end.min(lines.columns() as isize + pad - 1 - shifts[t].whole);
         }
@@ -143,9 +144,9 @@ fn candidate(
     disparity_px: f64,
     rule: SeenRule,
 ) -> VisibleRuns {
-    let columns = lines.columns();
+    let whole = 0..lines.columns();
     let exact: Vec<Shift> =
-        groups.groups.iter().map(|group| Shift::by(disparity_px * group.offset, columns)).collect();
+        groups.groups.iter().map(|group| Shift::by(disparity_px * group.offset, &whole)).collect();
     let shifts: Vec<GroupShift> = exact
         .iter()
         .map(|shift| GroupShift {
