@@ -119,6 +119,7 @@ pub fn measure(
     let span = info_span!("matching").entered();
     let reference = options.reference_index(&volume)?;
     let photograph = photograph::volume_frame(&volume, reference);
+    let photograph = photograph::as_far_as_seen(photograph, reference, calibration);
     let matcher = Matcher::new(volume, options.clone())?;
     let matcher = match shown_columns {
         Some(columns) => matcher.showing(columns)?,

@@ -10,7 +10,7 @@ use epirig_core::volume::Volume;
 use epirig_data::sequence::{FrameRecord, Sequence};
 
 /// Frame `t` of `sequence` as it is matched, in DN: with a calibration corrected and rectified, and counted in the order
-/// of its positions; rows x columns of the maps.
+/// of its positions; rows x columns of the maps. NaN where it shows nothing.
 ///
 /// # Errors
 /// [`PipelineError`] if there is no such frame, or it cannot be read or rectified.
@@ -20,8 +20,21 @@ pub fn matched_frame(
     t: usize,
 ) -> Result<Grid<f32>, PipelineError> {
     let made = calibration.map(|(calibration, maps)| rectifier(sequence, calibration, maps)).transpose()?;
-    let frames = frames_in_order(sequence, calibration.map(|(calibration, _)| calibration));
-    frame_in_dn(sequence, &frames, t, made.as_ref())
+    let calibration = calibration.map(|(calibration, _)| calibration);
+    let frames = frames_in_order(sequence, calibration);
+    Ok(as_far_as_seen(frame_in_dn(sequence, &frames, t, made.as_ref())?, t, calibration))
+}
+
+/// Frame `t` with NaN where it shows nothing: a frame of a camera that was turned is not a rectangle once it is
+/// rectified.
+pub(super) fn as_far_as_seen(frame: Grid<f32>, t: usize, calibration: Option<&Calibration>) -> Grid<f32> {
+    let Some(calibration) = calibration.filter(|calibration| calibration.has_motion()) else { return frame };
+    let pose = calibration.poses().get(t).copied().unwrap_or_default();
+    let seen = calibration.mapping.seen(&[pose]);
+    let mut frame = frame;
+    let pixels = frame.values_mut().iter_mut().zip(seen.values());
+    pixels.filter(|(_, seen)| !**seen).for_each(|(value, _)| *value = f32::NAN);
+    frame
 }
 
 /// Frame `t` of these `frames` of `sequence` in DN: with a rectifier corrected and rectified.
