@@ -129,8 +129,10 @@ fn lines_sent_by_hand_cost_the_trust_in_the_position() {
     let (said, told) = (String::from_utf8(moved.stdout).unwrap(), String::from_utf8(moved.stderr).unwrap());
     assert!(said.contains("@01 0 OK BUSY -- 0") && said.contains("> /get pos\n@01 0 OK "), "{said}");
     assert!(!told.contains("not trusted"), "{told}");
-    let found = String::from_utf8(run(&["stage", "move", "2"]).stdout).unwrap();
-    assert!(found.starts_with("2.000") || found.starts_with("1.999"), "{found}");
+    let moved = run(&["stage", "move", "2"]);
+    let found = String::from_utf8(moved.stdout).unwrap();
+    let said = String::from_utf8(moved.stderr).unwrap();
+    assert!(found.starts_with("2.000") || found.starts_with("1.999"), "{found}{said}");
     let native = simulated("native", &[]);
     fails(native.path(), &["stage", "console", "--port", "port"], 2, &["native has no lines"]);
 }
