@@ -14,3 +14,4 @@ mod generator;
 mod measured;
 mod original;
 mod stored;
+mod trees;

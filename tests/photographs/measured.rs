@@ -228,8 +228,20 @@ fn a_slider_that_wobbles_is_measured_as_if_it_did_not() {
     let patches = Photographs { texture: Texture::Patches, seed: 2, ..hard.clone() };
     let weak = Photographs { texture: Texture::Weak, seed: 3, ..hard.clone() };
     let alone = Photographs { wobble_deg: 0.02, ..usual() };
+    let large = Photographs {
+        uneven_steps: 0.1,
+        light: 0.05,
+        jpeg_quality: Some(90),
+        relief_px: 26.0,
+        roll_deg: 2.0,
+        pan_deg: 3.0,
+        wobble_deg: 0.02,
+        missing: vec![7, 8, 15, 16],
+        ..Photographs::sized(2000, 3000, 30)
+    };
     let all = vec![
         ("roll, pan, wobble, missing", hard, ROWS_PX),
+        ("6 megapixels", large, 0.003),
         ("wobble", alone, ROWS_PX),
         ("patches", patches, ROWS_PX),
         // Texture of 4.5 grey values with noise of 2.
