@@ -124,8 +124,12 @@ pub fn calibrate(
             gains = find_gains(&mut volume, stage_axis.as_ref().map(|axis| axis.disparity_px));
         }
         if texture != Texture::Unused {
-            let seen =
-                Seen { volume: &volume, camera: mapping.camera, may: may_be_adjusted(&lens, &stage_axis) };
+            let seen = Seen {
+                volume: &volume,
+                camera: mapping.camera,
+                lens_is_known: lens.source != LensSource::Unknown,
+                may: may_be_adjusted(&lens, &stage_axis),
+            };
             let reported = (texture == Texture::Tried).then_some(&positions);
             match from_texture(seen, sequence, reported, &mut remarks, progress) {
                 Ok(found) => {

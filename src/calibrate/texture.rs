@@ -59,6 +59,7 @@ pub(super) struct Seen<'a> {
     /// The frames, as `camera` sees them.
     pub(super) volume: &'a Volume,
     pub(super) camera: RectifiedCamera,
+    pub(super) lens_is_known: bool,
     /// What may be adjusted.
     pub(super) may: MotionModel,
 }
@@ -81,13 +82,13 @@ pub(super) fn from_texture(
     progress: &dyn Progress,
 ) -> Result<FoundMotion, CalibrateError> {
     progress.begin("motion from the texture", 1);
-    let Seen { volume, camera, may } = seen;
+    let Seen { volume, camera, lens_is_known, may } = seen;
     let origin = &sequence.record().origin;
     let centre_px = [camera.principal_point_x_px, camera.principal_point_y_px];
     let options =
         MotionOptions { observations: OBSERVATIONS, lens_px: Some((camera.focal_length_px, centre_px)), may };
     let motion = texture_motion(&VolumeFrames(volume), &options)
-        .map_err(|error| unmeasured(error, origin, &|frame| name(sequence, frame)))?;
+        .map_err(|error| unmeasured(error, origin, volume.frames(), &|frame| name(sequence, frame)))?;
     progress.advance(1);
     progress.end();
     let found = positions(&motion, sequence, remarks)?;
@@ -97,7 +98,7 @@ pub(super) fn from_texture(
     };
     let k1 = motion.cameras.k1;
     let motion = record(&motion, camera);
-    remark(&motion, remarks);
+    remark(&motion, lens_is_known, remarks);
     Ok(FoundMotion { positions, motion, k1 })
 }
 
@@ -235,7 +236,7 @@ fn record(motion: &TextureMotion, camera: RectifiedCamera) -> CameraMotionRecord
 }
 
 /// Says what was found, and what could not be.
-fn remark(motion: &CameraMotionRecord, remarks: &mut Remarks) {
+fn remark(motion: &CameraMotionRecord, lens_is_known: bool, remarks: &mut Remarks) {
     if !motion.is_tested {
         remarks.needs.push(
             "frames have too few points to tell whether the camera turned by itself from frame to frame; more texture would tell"
@@ -248,6 +249,13 @@ fn remark(motion: &CameraMotionRecord, remarks: &mut Remarks) {
              the motion is that of the others",
             100.0 * motion.rejected
         ));
+    }
+    if motion.model.rotations && !lens_is_known {
+        remarks.notes.push(
+            "the camera turned by itself, and the focal length is not known: turns to the side and positions cannot be told apart well, and \
+             the shape may be bent by more than sigma says; state the focal length (--focal-length-px, or optics.focal_length)"
+                .to_owned(),
+        );
     }
     if motion.model.rotations {
         let [pitch, yaw, roll] = motion.rotation_rms_deg();
@@ -310,8 +318,20 @@ fn refuse_returns(
 }
 
 /// Why nothing was measured, with the images named.
-fn unmeasured(error: TextureMotionError, origin: &Origin, name: &dyn Fn(usize) -> String) -> CalibrateError {
-    let TextureMotionError::Apart { frames } = error else { return CalibrateError::TextureMotion(error) };
+fn unmeasured(
+    error: TextureMotionError,
+    origin: &Origin,
+    count: usize,
+    name: &dyn Fn(usize) -> String,
+) -> CalibrateError {
+    let frames = match error {
+        // There are no others.
+        TextureMotionError::Apart { frames } if frames.len() == count => {
+            return CalibrateError::TextureMotion(TextureMotionError::NothingFollowed);
+        }
+        TextureMotionError::Apart { frames } => frames,
+        other => return CalibrateError::TextureMotion(other),
+    };
     let found = some_of(&frames, |&frame| name(frame));
     let cure = cure(origin, "import the images without those (--exclude), or");
     CalibrateError::Apart { found, cure }
@@ -381,7 +401,7 @@ mod tests {
     fn frames_that_are_not_connected_are_told_by_their_images() {
         let said = |origin| {
             let error = TextureMotionError::Apart { frames: (4..10).collect() };
-            unmeasured(error, &origin, &image).to_string()
+            unmeasured(error, &origin, 20, &image).to_string()
         };
         let of_images = said(imported());
         let names = "frame 4 (4.png), frame 5 (5.png), frame 6 (6.png) and 3 more cannot be connected";

@@ -1,6 +1,6 @@
 //! What a calibration found of the motion, in words.
 
-use crate::calibrate::{Calibration, PositionSource};
+use crate::calibrate::{Calibration, LensSource, PositionSource};
 use crate::number::{ascii, significant};
 use epirig_core::statistics::root_mean_square;
 
@@ -27,9 +27,18 @@ fn turn(calibration: &Calibration) -> Vec<String> {
         }
         (None, _) => return Vec::new(),
     };
-    let significant = ["turned by", "panned by"].into_iter().zip(angles);
+    // Without a focal length the angle between motion and picture is that of a usual lens.
+    let pan = if calibration.lens.source == LensSource::Unknown { "panned by about" } else { "panned by" };
+    let significant = ["turned by", pan].into_iter().zip(angles);
     let significant = significant.filter(|(_, (degrees, sigma))| degrees.abs() > 3.0 * sigma);
-    let words = significant.map(|(word, (degrees, _))| format!("{word} {:.2} degrees", degrees.abs()));
+    let words = significant.map(|(word, (degrees, sigma))| {
+        let digits = match sigma {
+            _ if word == "panned by about" => 0,
+            large if large > 0.05 => 1,
+            _ => 2,
+        };
+        format!("{word} {:.digits$} degrees", degrees.abs())
+    });
     let wobble = calibration.camera_motion.as_ref().filter(|motion| motion.model.rotations).map(|motion| {
         let rms_deg = root_mean_square(&motion.rotation_rms_deg());
         format!("wobbling by {} degrees", ascii(&crate::number::significant(rms_deg, 2)))
@@ -54,6 +63,7 @@ fn steps(tau: &[f64], sigma: f64) -> Vec<String> {
     // Below a hundredth of a percent there is nothing to tell, nor where steps are not known so well.
     let known_percent = 100.0 * sigma / usual;
     let differ = match percent {
+        _ if 3.0 * known_percent >= 100.0 => "steps not known".to_owned(),
         small if small < 3.0 * known_percent => format!(
             "steps equal to {} %, as far as they are known",
             ascii(&significant(3.0 * known_percent, 1))
