@@ -127,7 +127,7 @@ pub fn calibrate(
             let seen = Seen {
                 volume: &volume,
                 camera: mapping.camera,
-                lens_is_known: lens.source != LensSource::Unknown,
+                lens: &lens.estimate,
                 may: may_be_adjusted(&lens, &stage_axis),
             };
             let reported = (texture == Texture::Tried).then_some(&positions);
@@ -185,10 +185,9 @@ pub fn calibrate(
 /// about its axis.
 fn may_be_adjusted(lens: &LensRecord, stage_axis: &Option<StageAxisRecord>) -> MotionModel {
     let is_free = stage_axis.is_none();
-    // Where nothing else tells the distortion.
-    let is_without =
-        lens.estimate.lens.distortion == Distortion::default() && lens.source != LensSource::File;
-    MotionModel { pan: is_free, rotations: is_free, offsets: is_free, k1: is_free && is_without }
+    let focal_length = is_free && matches!(lens.source, LensSource::DataSheet | LensSource::Unknown);
+    let k1 = focal_length && lens.estimate.lens.distortion == Distortion::default();
+    MotionModel { pan: is_free, focal_length, rotations: is_free, offsets: is_free, k1 }
 }
 
 /// The mapping that straightens the rows of a motion, with the lens that it was seen through.
@@ -197,7 +196,11 @@ fn rectified_by(
     lens: &mut LensRecord,
     (rows, columns): (usize, usize),
 ) -> Result<Mapping, CalibrateError> {
-    let FoundMotion { motion, k1, .. } = found;
+    let FoundMotion { motion, k1, focal_length, .. } = found;
+    if let Some((times, sigma)) = *focal_length {
+        lens.estimate = lens.estimate.lengthened(times, sigma);
+        lens.source = LensSource::Texture;
+    }
     lens.estimate.lens.distortion.k1 += k1;
     let [roll_rad, pan_rad] = [motion.roll_deg, motion.pan_deg].map(f64::to_radians);
     Ok(Mapping::covering(lens.estimate.lens, roll_rad, pan_rad, rows, columns, &motion.poses)?)

@@ -119,6 +119,8 @@ pub enum LensSource {
     File,
     /// From a data sheet.
     DataSheet,
+    /// From the texture of frames that turned by themselves, and from what was known before.
+    Texture,
     /// Unknown: rows can be rectified, but there are no heights.
     Unknown,
 }
@@ -198,6 +200,12 @@ pub struct CameraMotionRecord {
     pub pan_deg: f64,
     /// Its standard uncertainty, in deg.
     pub pan_sigma_deg: f64,
+    /// What would be left of it with the focal length known, in deg.
+    pub pan_own_sigma_deg: f64,
+    /// Focal length, in px, as it was adjusted or held.
+    pub focal_length_px: f64,
+    /// Its standard uncertainty, in px; 0 if something else has measured it.
+    pub focal_length_sigma_px: f64,
     /// How far a typical point moves over the whole path, in px.
     pub moved_px: f64,
     /// Standard uncertainty of the position of a frame, in px of a typical point. It is large where frames turn by

@@ -2,11 +2,12 @@
 
 use super::remarks::{Remarks, some_of};
 use super::{CalibrateError, CameraMotionRecord, PositionSource, PositionsRecord};
+use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::rectification::{FramePose, RectifiedCamera};
 use epirig_calibration::stage_axis::{MeasuredTau, positioning_error};
 use epirig_calibration::texture_motion::{
-    CameraPose, Frames, MotionModel, MotionOptions, Return, Step, TextureMotion, TextureMotionError,
-    in_usual_steps, texture_motion,
+    CameraPose, Frames, MotionLens, MotionModel, MotionOptions, Return, Step, TextureMotion,
+    TextureMotionError, in_usual_steps, texture_motion,
 };
 use epirig_core::frame::full_scale;
 use epirig_core::grid::Grid;
@@ -25,6 +26,9 @@ const LEAST_DRIFT_PX: f64 = 0.01;
 /// Share of the places of points that is left out before that is noted: photographs of trees, with deep gaps between
 /// them, have 0.04, flat objects less than 0.01.
 const MANY_REJECTED: f64 = 0.1;
+/// A focal length that is known worse than this, as a share, may bend the shape where frames turn: by a tenth of what a turn
+/// of a tenth of a degree moves at the borders.
+const VAGUE_FOCAL_LENGTH: f64 = 0.1;
 
 /// A volume as frames of 8 bit.
 struct VolumeFrames<'a>(&'a Volume);
@@ -59,7 +63,7 @@ pub(super) struct Seen<'a> {
     /// The frames, as `camera` sees them.
     pub(super) volume: &'a Volume,
     pub(super) camera: RectifiedCamera,
-    pub(super) lens_is_known: bool,
+    pub(super) lens: &'a LensEstimate,
     /// What may be adjusted.
     pub(super) may: MotionModel,
 }
@@ -70,6 +74,9 @@ pub(super) struct FoundMotion {
     pub(super) motion: CameraMotionRecord,
     /// First radial term of the distortion; 0 if it was not adjusted.
     pub(super) k1: f64,
+    /// The focal length as so many times that of the lens, and its standard uncertainty as a share; `None` if it was not
+    /// adjusted.
+    pub(super) focal_length: Option<(f64, f64)>,
 }
 
 /// The camera's motion and tau of every frame from the texture; scale and origin come from the stage (or from the
@@ -82,11 +89,11 @@ pub(super) fn from_texture(
     progress: &dyn Progress,
 ) -> Result<FoundMotion, CalibrateError> {
     progress.begin("motion from the texture", 1);
-    let Seen { volume, camera, lens_is_known, may } = seen;
+    let Seen { volume, camera, lens, may } = seen;
     let origin = &sequence.record().origin;
     let centre_px = [camera.principal_point_x_px, camera.principal_point_y_px];
-    let options =
-        MotionOptions { observations: OBSERVATIONS, lens_px: Some((camera.focal_length_px, centre_px)), may };
+    let lens = MotionLens { focal_length_px: camera.focal_length_px, centre_px, ..MotionLens::of(lens) };
+    let options = MotionOptions { observations: OBSERVATIONS, lens: Some(lens), may };
     let motion = texture_motion(&VolumeFrames(volume), &options)
         .map_err(|error| unmeasured(error, origin, volume.frames(), &|frame| name(sequence, frame)))?;
     progress.advance(1);
@@ -97,9 +104,11 @@ pub(super) fn from_texture(
         _ => found,
     };
     let k1 = motion.cameras.k1;
+    let longer = motion.cameras.focal_length_px / camera.focal_length_px;
+    let focal_length = motion.model.focal_length.then_some((longer, motion.focal_length_sigma));
     let motion = record(&motion, camera);
-    remark(&motion, lens_is_known, remarks);
-    Ok(FoundMotion { positions, motion, k1 })
+    remark(&motion, remarks);
+    Ok(FoundMotion { positions, motion, k1, focal_length })
 }
 
 /// tau of every frame, on the stage's scale if there is one.
@@ -208,7 +217,7 @@ fn record(motion: &TextureMotion, camera: RectifiedCamera) -> CameraMotionRecord
     let corner = 0.5 * camera.rows as f64 / camera.focal_length_px;
     let drift_px = moved_px.abs() * roll_rad.sin().hypot(pan_rad.sin() * corner);
     let is_significant = roll_rad.abs() > SIGNIFICANT * motion.angle_sigma_rad
-        || pan_rad.abs() > SIGNIFICANT * motion.pan_sigma_rad;
+        || pan_rad.abs() > SIGNIFICANT * motion.pan_own_sigma_rad;
     let model = motion.model;
     let across = cameras.across();
     let pose = |pose: &CameraPose| FramePose {
@@ -223,6 +232,9 @@ fn record(motion: &TextureMotion, camera: RectifiedCamera) -> CameraMotionRecord
         roll_sigma_deg: motion.angle_sigma_rad.to_degrees(),
         pan_deg: pan_rad.to_degrees(),
         pan_sigma_deg: motion.pan_sigma_rad.to_degrees(),
+        pan_own_sigma_deg: motion.pan_own_sigma_rad.to_degrees(),
+        focal_length_px: cameras.focal_length_px,
+        focal_length_sigma_px: motion.focal_length_sigma * cameras.focal_length_px,
         moved_px,
         position_sigma_px: motion.position_sigma_px,
         drift_px,
@@ -236,7 +248,7 @@ fn record(motion: &TextureMotion, camera: RectifiedCamera) -> CameraMotionRecord
 }
 
 /// Says what was found, and what could not be.
-fn remark(motion: &CameraMotionRecord, lens_is_known: bool, remarks: &mut Remarks) {
+fn remark(motion: &CameraMotionRecord, remarks: &mut Remarks) {
     if !motion.is_tested {
         remarks.needs.push(
             "frames have too few points to tell whether the camera turned by itself from frame to frame; more texture would tell"
@@ -250,7 +262,13 @@ fn remark(motion: &CameraMotionRecord, lens_is_known: bool, remarks: &mut Remark
             100.0 * motion.rejected
         ));
     }
-    if motion.model.rotations && !lens_is_known {
+    let CameraMotionRecord { focal_length_px, focal_length_sigma_px, .. } = motion;
+    if motion.model.focal_length {
+        remarks.notes.push(format!(
+            "the turns of the camera tell the focal length: {focal_length_px:.0} px, to {:.1} %",
+            100.0 * focal_length_sigma_px / focal_length_px
+        ));
+    } else if motion.model.rotations && focal_length_sigma_px / focal_length_px > VAGUE_FOCAL_LENGTH {
         remarks.notes.push(
             "the camera turned by itself, and the focal length is not known: turns to the side and positions cannot be told apart well, and \
              the shape may be bent by more than sigma says; state the focal length (--focal-length-px, or optics.focal_length)"

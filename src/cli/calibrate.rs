@@ -357,6 +357,7 @@ fn lens(calibration: &Calibration) -> String {
         }
         (LensSource::File, _) => format!("from {}", record.file.as_deref().unwrap_or("a file")),
         (LensSource::DataSheet, _) => "from its data sheet".to_owned(),
+        (LensSource::Texture, _) => "from the texture of frames that turned".to_owned(),
         (LensSource::BoardFrames, None) | (LensSource::Unknown, _) => {
             return "unknown; rectification works without it, heights in mm need it".to_owned();
         }

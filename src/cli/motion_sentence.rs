@@ -1,6 +1,6 @@
 //! What a calibration found of the motion, in words.
 
-use crate::calibrate::{Calibration, LensSource, PositionSource};
+use crate::calibrate::{Calibration, CameraMotionRecord, PositionSource};
 use crate::number::{ascii, significant};
 use epirig_core::statistics::root_mean_square;
 
@@ -21,23 +21,29 @@ pub(super) fn motion_sentence(calibration: &Calibration) -> String {
 /// How the camera is turned to the motion, and by itself; nothing of angles that are not significant.
 fn turn(calibration: &Calibration) -> Vec<String> {
     let angles = match (&calibration.stage_axis, &calibration.camera_motion) {
-        (Some(axis), _) => [(axis.roll_deg, axis.roll_sigma_deg), (axis.pan_deg, axis.pan_sigma_deg)],
+        (Some(axis), _) => {
+            let pan_sigma_deg = axis.pan_sigma_deg;
+            [
+                (axis.roll_deg, axis.roll_sigma_deg, axis.roll_sigma_deg),
+                (axis.pan_deg, pan_sigma_deg, pan_sigma_deg),
+            ]
+        }
         (None, Some(motion)) if motion.is_applied => {
-            [(motion.roll_deg, motion.roll_sigma_deg), (motion.pan_deg, motion.pan_sigma_deg)]
+            let CameraMotionRecord { roll_deg, roll_sigma_deg, pan_deg, pan_sigma_deg, .. } = *motion;
+            // Without a focal length the angle between motion and picture is there, but how large it is is not known.
+            [(roll_deg, roll_sigma_deg, roll_sigma_deg), (pan_deg, motion.pan_own_sigma_deg, pan_sigma_deg)]
         }
         (None, _) => return Vec::new(),
     };
-    // Without a focal length the angle between motion and picture is that of a usual lens.
-    let pan = if calibration.lens.source == LensSource::Unknown { "panned by about" } else { "panned by" };
-    let significant = ["turned by", pan].into_iter().zip(angles);
-    let significant = significant.filter(|(_, (degrees, sigma))| degrees.abs() > 3.0 * sigma);
-    let words = significant.map(|(word, (degrees, sigma))| {
-        let digits = match sigma {
-            _ if word == "panned by about" => 0,
-            large if large > 0.05 => 1,
-            _ => 2,
+    let significant = ["turned by", "panned by"].into_iter().zip(angles);
+    let significant = significant.filter(|(_, (degrees, own_sigma, _))| degrees.abs() > 3.0 * own_sigma);
+    let words = significant.map(|(word, (degrees, _, sigma))| {
+        let (about, digits) = match sigma {
+            large if large > 0.5 => (" about", 0),
+            large if large > 0.05 => ("", 1),
+            _ => ("", 2),
         };
-        format!("{word} {:.digits$} degrees", degrees.abs())
+        format!("{word}{about} {:.digits$} degrees", degrees.abs())
     });
     let wobble = calibration.camera_motion.as_ref().filter(|motion| motion.model.rotations).map(|motion| {
         let rms_deg = root_mean_square(&motion.rotation_rms_deg());

@@ -142,6 +142,7 @@ fn focal_length(report: &Report<'_>) -> String {
             LensSource::BoardFrames => "from board frames".to_owned(),
             LensSource::File => format!("from the file {}", lens.file.as_deref().unwrap_or("(no name)")),
             LensSource::DataSheet => "from the data sheet".to_owned(),
+            LensSource::Texture => "from the texture of frames that turned".to_owned(),
             LensSource::Unknown => "not known".to_owned(),
         };
         let length_px = lens.estimate.lens.focal_length_x_px;

@@ -11,7 +11,7 @@ const UNKNOWN_DISTORTION: f64 = 0.03;
 const PRINCIPAL_POINT: f64 = 0.01;
 /// Pixels are square to this share.
 const SQUARE: f64 = 1e-4;
-/// Focal length of an unknown lens, in image widths, and its standard deviation as a share.
+/// Focal length of an unknown lens, in lengths of the image's longer side, and its standard deviation as a share.
 const UNKNOWN_FOCAL_LENGTH: (f64, f64) = (1.5, 0.5);
 
 /// A lens with the covariance of its parameters.
@@ -60,21 +60,40 @@ impl LensEstimate {
         let mut sigma = [0.0; Lens::PARAMETERS];
         sigma[2..5].copy_from_slice(&[centre, centre, k1]);
         let mut estimate = Self::independent(rows, columns, lens, sigma);
-        let (x, y) = (lens.focal_length_x_px, lens.focal_length_y_px);
-        // Both focal lengths are off by the same share.
+        estimate.set_focal_length_sigma(focal_length_sigma);
+        estimate
+    }
+
+    /// States both focal lengths to be off by the same share, with this standard deviation.
+    fn set_focal_length_sigma(&mut self, sigma: f64) {
+        let (x, y) = (self.lens.focal_length_x_px, self.lens.focal_length_y_px);
         for (i, j, value) in [(0, 0, x * x), (0, 1, x * y), (1, 0, x * y), (1, 1, y * y)] {
             let own = if i == j { SQUARE * SQUARE } else { 0.0 };
-            estimate.covariance[i][j] = value * (focal_length_sigma * focal_length_sigma + own);
+            self.covariance[i][j] = value * (sigma * sigma + own);
         }
+    }
+
+    /// The same lens with a focal length that is so many times as long, known to `sigma` as a share of it. The distortion
+    /// moves each pixel as before.
+    pub fn lengthened(&self, times: f64, sigma: f64) -> Self {
+        let [once, square, fourth, sixth] = [1, 2, 4, 6].map(|power| times.powi(power));
+        let changes = [times, times, 1.0, 1.0, square, fourth, once, once, sixth];
+        let mut values = self.lens.to_array();
+        values.iter_mut().zip(changes).for_each(|(value, change)| *value *= change);
+        let mut estimate = Self { lens: Lens::from_array(values), ..self.clone() };
+        for (row, by_row) in estimate.covariance.iter_mut().zip(changes) {
+            row.iter_mut().zip(changes).for_each(|(value, by_column)| *value *= by_row * by_column);
+        }
+        estimate.set_focal_length_sigma(sigma);
         estimate
     }
 
     /// A lens of which nothing is known. It serves to rectify rows along the stage axis; angles and
     /// heights it does not tell.
     pub fn unknown(rows: usize, columns: usize) -> Self {
-        let (widths, sigma) = UNKNOWN_FOCAL_LENGTH;
+        let (sides, sigma) = UNKNOWN_FOCAL_LENGTH;
         let middle = |size: usize| 0.5 * (size as f64 - 1.0);
-        let lens = Lens::pinhole(widths * columns as f64, middle(columns), middle(rows));
+        let lens = Lens::pinhole(sides * rows.max(columns) as f64, middle(columns), middle(rows));
         Self::from_data_sheet(lens, sigma, rows, columns)
     }
 

@@ -8,14 +8,14 @@ use nalgebra::{DVector, Vector3};
 
 use super::TextureMotionError;
 use super::cameras::{Cameras, Point};
-use super::fit::{FIRST_PRIOR, Fit, begin, lengths, reweight};
-use super::model::{K1, MotionModel};
+use super::fit::{FIRST_SMALL, Fit, LensPrior, Prior, begin, lengths, reweight};
+use super::model::{FOCAL_LENGTH, K1, MotionModel};
 use super::normal::{Eliminated, Solved, equations, small_unknowns};
 use super::track::Track;
 
 /// Least prior standard deviations of a rotation, in rad, and of an offset: a hundred times less than the first ones is not
 /// seen in any picture.
-const LEAST_PRIOR: [f64; 2] = [FIRST_PRIOR[0] / 100.0, FIRST_PRIOR[1] / 100.0];
+const LEAST_SMALL: [f64; 2] = [FIRST_SMALL[0] / 100.0, FIRST_SMALL[1] / 100.0];
 /// Priors are estimated so many times, or until they change by less than this share.
 const PRIORS: usize = 6;
 const SAME_PRIOR: f64 = 0.1;
@@ -32,17 +32,18 @@ const FEWEST: usize = 4;
 pub(super) fn adjust(
     tracks: &[Track],
     start: &Cameras,
+    lens: LensPrior,
     free: MotionModel,
 ) -> Result<Fit, TextureMotionError> {
-    let mut fit = begin(tracks, start, free);
+    let mut fit = begin(tracks, start, free, Prior { lens, small: FIRST_SMALL });
     minimise(tracks, &mut fit)?;
     if !(free.rotations || free.offsets) {
         return Ok(fit);
     }
     for _ in 0..PRIORS {
-        let before = fit.prior;
-        fit.prior = usual_sizes(&fit);
-        let changes = |index: usize| (fit.prior[index] / before[index]).ln().abs() > SAME_PRIOR;
+        let before = fit.prior.small;
+        fit.prior.small = usual_sizes(&fit);
+        let changes = |index: usize| (fit.prior.small[index] / before[index]).ln().abs() > SAME_PRIOR;
         if !(changes(0) || changes(1)) {
             break;
         }
@@ -51,9 +52,16 @@ pub(super) fn adjust(
     Ok(fit)
 }
 
+/// The same fit with a focal length that may be any within its prior, for what that does to uncertainties.
+pub(super) fn with_free_focal_length(tracks: &[Track], mut fit: Fit) -> Result<Fit, TextureMotionError> {
+    fit.free.focal_length = true;
+    fit.inverse = Solved::of(equations(tracks, &fit).1, &fit)?.inverse();
+    Ok(fit)
+}
+
 /// Adjusts the cameras of another fit to these tracks.
 pub(super) fn adjust_again(tracks: &[Track], other: &Fit) -> Result<Cameras, TextureMotionError> {
-    let mut fit = Fit { prior: other.prior, ..begin(tracks, &other.cameras, other.free) };
+    let mut fit = begin(tracks, &other.cameras, other.free, other.prior);
     minimise(tracks, &mut fit)?;
     Ok(fit.cameras)
 }
@@ -83,15 +91,15 @@ fn usual_sizes(fit: &Fit) -> [f64; 2] {
         sums[kind] = (sum + value * value + fit.inverse[(index, index)], count + 1.0);
     }
     [0, 1].map(|kind| match sums[kind] {
-        (_, 0.0) => fit.prior[kind],
-        (sum, count) => f64::sqrt(sum / count).max(LEAST_PRIOR[kind]),
+        (_, 0.0) => fit.prior.small[kind],
+        (sum, count) => f64::sqrt(sum / count).max(LEAST_SMALL[kind]),
     })
 }
 
 /// Adjusts points alone to known cameras, and gives the lengths of all residuals in units of what each sight states.
-pub(super) fn residuals_of_unseen(tracks: &[Track], cameras: &Cameras) -> Vec<Vec<f64>> {
+pub(super) fn residuals_of_unseen(tracks: &[Track], cameras: &Cameras, prior: Prior) -> Vec<Vec<f64>> {
     const ROUNDS: usize = 10;
-    let mut fit = begin(tracks, cameras, MotionModel::default());
+    let mut fit = begin(tracks, cameras, MotionModel::default(), prior);
     for _ in 0..ROUNDS {
         reweight(tracks, &mut fit);
         let (eliminated, _) = equations(tracks, &fit);
@@ -114,6 +122,7 @@ fn move_cameras(cameras: &mut Cameras, free: MotionModel, change: &DVector<f64>)
     let [first, second] = cameras.across();
     cameras.direction = (cameras.direction + first * change[0] + second * change[1]).normalize();
     cameras.k1 += change[K1];
+    cameras.lengthen(change[FOCAL_LENGTH].exp());
     for (frame, pose) in cameras.frames.iter_mut().enumerate() {
         let at = free.position(frame);
         pose.position += change[at];
@@ -132,6 +141,7 @@ fn move_points(points: &mut [Point], eliminated: &[Eliminated], change: Option<&
     for (point, Eliminated { inverse, right, mixed }) in points.iter_mut().zip(eliminated) {
         let taken = change.map_or_else(Vector3::zeros, |change| mixed.sum(change));
         let step = inverse * (right - taken);
+        *point = point.seen_by_longer(change.map_or(1.0, |change| change[FOCAL_LENGTH].exp()));
         point.bearing[0] += step.x;
         point.bearing[1] += step.y;
         point.rho += step.z;

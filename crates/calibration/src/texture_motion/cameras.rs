@@ -1,6 +1,6 @@
 //! The cameras of all frames: one camera that moves along a straight line, and what each frame departs from it.
 
-use nalgebra::{Matrix2, Matrix2x3, Rotation3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, Rotation3, Vector2, Vector3};
 
 /// Where the camera was in a frame, beside the straight line and the mean orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -45,8 +45,9 @@ pub(super) struct Point {
 pub(super) struct Derivatives {
     /// By u, v and rho of the point.
     pub(super) point: Matrix2x3<f64>,
-    /// By the turn of the direction along both vectors of [`Cameras::across`], and by k1.
-    pub(super) common: Matrix2x3<f64>,
+    /// By the turn of the direction along both vectors of [`Cameras::across`], by k1, and by the logarithm of the focal
+    /// length, with f u, f v and f rho of the point and f w of the rotations sidewards held: then next to nothing changes.
+    pub(super) common: Matrix2x4<f64>,
     /// By the position.
     pub(super) position: Vector2<f64>,
     /// By the rotation.
@@ -63,6 +64,15 @@ impl Cameras {
         [first, self.direction.cross(&first)]
     }
 
+    /// The same camera with so many times the focal length, with rotations that move the picture as far as before.
+    pub(super) fn lengthen(&mut self, times: f64) {
+        self.focal_length_px *= times;
+        for pose in &mut self.frames {
+            pose.rotation_rad.x /= times;
+            pose.rotation_rad.y /= times;
+        }
+    }
+
     /// The same with frames that neither turn nor leave the line.
     pub(super) fn straight(&self) -> Self {
         let pose = |pose: &CameraPose| CameraPose { position: pose.position, ..CameraPose::default() };
@@ -74,7 +84,8 @@ impl Cameras {
         let across = self.across();
         let CameraPose { position, rotation_rad, offset } = self.frames[frame];
         let displacement = self.direction * position + across[0] * offset[0] + across[1] * offset[1];
-        View { cameras: self, across, position, rotation: Rotation3::new(rotation_rad), displacement }
+        let rotation = Rotation3::new(rotation_rad);
+        View { cameras: self, across, position, rotation_rad, rotation, displacement }
     }
 
     /// The cameras of all frames.
@@ -106,6 +117,7 @@ pub(super) struct View<'a> {
     cameras: &'a Cameras,
     across: [Vector3<f64>; 2],
     position: f64,
+    rotation_rad: Vector3<f64>,
     rotation: Rotation3<f64>,
     /// In units of the path's length.
     displacement: Vector3<f64>,
@@ -150,26 +162,39 @@ impl View<'_> {
         let [across_1, across_2] = self.across.map(|across| by_scene * across * -point.rho);
         let by_k1 = Vector2::new(a, b) * (focal_length_px * square);
         let turned = |axis: Vector3<f64>| by_ray * axis.cross(&ray);
+        let place = self.cameras.pixel(a, b);
+        let by_point = Matrix2x3::from_columns(&[
+            by_scene.column(0).into_owned(),
+            by_scene.column(1).into_owned(),
+            by_scene * -self.displacement,
+        ]);
+        let from_centre = Vector2::from(place) - Vector2::from(self.cameras.centre_px);
+        let by_rotation = Matrix2x3::from_columns(&[Vector3::x(), Vector3::y(), Vector3::z()].map(turned));
+        let by_focal_length = from_centre
+            - by_point * Vector3::new(point.bearing[0], point.bearing[1], point.rho)
+            - by_rotation * Vector3::new(self.rotation_rad.x, self.rotation_rad.y, 0.0);
         let derivatives = Derivatives {
-            point: Matrix2x3::from_columns(&[
-                by_scene.column(0).into_owned(),
-                by_scene.column(1).into_owned(),
-                by_scene * -self.displacement,
+            point: by_point,
+            common: Matrix2x4::from_columns(&[
+                across_1 * self.position,
+                across_2 * self.position,
+                by_k1,
+                by_focal_length,
             ]),
-            common: Matrix2x3::from_columns(&[across_1 * self.position, across_2 * self.position, by_k1]),
             position: by_scene * self.cameras.direction * -point.rho,
-            rotation: Matrix2x3::from_columns(&[
-                turned(Vector3::x()),
-                turned(Vector3::y()),
-                turned(Vector3::z()),
-            ]),
+            rotation: by_rotation,
             offset: Matrix2::from_columns(&[across_1, across_2]),
         };
-        Some((self.cameras.pixel(a, b), derivatives))
+        Some((place, derivatives))
     }
 }
 
 impl Point {
+    /// The same in pixels, seen by a camera whose focal length is so many times as long.
+    pub(super) fn seen_by_longer(&self, times: f64) -> Self {
+        Self { bearing: self.bearing.map(|part| part / times), rho: self.rho / times }
+    }
+
     fn ray(&self) -> Vector3<f64> {
         Vector3::new(self.bearing[0], self.bearing[1], 1.0)
     }
@@ -232,12 +257,16 @@ mod tests {
         straight.frames[2].offset = [0.0; 2];
         let (_, of_straight) = straight.view(2).derivatives(&point).unwrap();
         for (index, axis) in straight.across().into_iter().enumerate() {
-            check("direction", column(&of_straight.common, index), &|step, cameras, _| {
+            check("direction", of_straight.common.column(index).into_owned(), &|step, cameras, _| {
                 cameras.frames[2].offset = [0.0; 2];
                 cameras.direction = (cameras.direction + axis * step).normalize();
             });
         }
-        check("k1", column(&found.common, 2), &|step, cameras, _| cameras.k1 += step);
+        check("k1", found.common.column(2).into_owned(), &|step, cameras, _| cameras.k1 += step);
+        check("focal length", found.common.column(3).into_owned(), &|step, cameras, point| {
+            cameras.lengthen(step.exp());
+            *point = point.seen_by_longer(step.exp());
+        });
         check("position", found.position, &|step, cameras, _| cameras.frames[2].position += step);
         for axis in 0..3 {
             check("rotation", column(&found.rotation, axis), &|step, cameras, _| {

@@ -15,7 +15,26 @@ const MAD: f64 = 1.482_602_218_505_602;
 /// numbers.
 const TUKEY: f64 = 5.12;
 /// First prior standard deviations of a rotation, in rad (0.05 degrees), and of an offset, as a share of the path.
-pub(super) const FIRST_PRIOR: [f64; 2] = [0.05 * std::f64::consts::PI / 180.0, 0.005];
+pub(super) const FIRST_SMALL: [f64; 2] = [0.05 * std::f64::consts::PI / 180.0, 0.005];
+
+/// A lens as it is known before.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LensPrior {
+    /// Focal length, in px.
+    pub(super) focal_length_px: f64,
+    /// Its standard deviation as a share of it.
+    pub(super) focal_length_sigma: f64,
+    /// Standard deviation of k1; its mean is 0.
+    pub(super) k1_sigma: f64,
+}
+
+/// What is known of unknowns before.
+#[derive(Clone, Copy)]
+pub(super) struct Prior {
+    pub(super) lens: LensPrior,
+    /// Standard deviations of a rotation, in rad, and of an offset, as a share of the path; their means are 0.
+    pub(super) small: [f64; 2],
+}
 
 /// The result of an adjustment.
 #[derive(Clone)]
@@ -27,8 +46,7 @@ pub(super) struct Fit {
     /// Weights of each sight of each track along and across the motion: 0 for outliers, else up to 1 over the variance
     /// that its frame has in units of what sights state.
     pub(super) weights: Vec<Vec<Vector2<f64>>>,
-    /// Prior standard deviations of a rotation, in rad, and of an offset, as a share of the path.
-    pub(super) prior: [f64; 2],
+    pub(super) prior: Prior,
     /// The inverse of the reduced normal equations, by unknown; zero for those that are held.
     pub(super) inverse: DMatrix<f64>,
 }
@@ -66,7 +84,7 @@ impl Fit {
 }
 
 /// Points where the sights in the middle of each track put them at their best inverse depth.
-pub(super) fn begin(tracks: &[Track], cameras: &Cameras, free: MotionModel) -> Fit {
+pub(super) fn begin(tracks: &[Track], cameras: &Cameras, free: MotionModel, prior: Prior) -> Fit {
     let views = cameras.views();
     let point = |track: &Track| {
         // Linear in u, v and rho: (x - rho delta) is parallel to the ray of each sight.
@@ -92,7 +110,7 @@ pub(super) fn begin(tracks: &[Track], cameras: &Cameras, free: MotionModel) -> F
         weights: tracks.iter().map(|track| vec![Vector2::repeat(1.0); track.sights.len()]).collect(),
         cameras: cameras.clone(),
         free,
-        prior: FIRST_PRIOR,
+        prior,
         inverse: DMatrix::zeros(unknowns, unknowns),
     }
 }

@@ -43,9 +43,12 @@ pub use frames::Frames;
 pub use model::MotionModel;
 pub use steps::{Return, Step, in_usual_steps};
 
+use crate::lens::LensEstimate;
+use bundle::with_free_focal_length;
 use cause::{cause, contradiction};
 use choose::choose;
 use expected::Expected;
+use fit::LensPrior;
 use search::{Found, SMALL_REACH, SOME, search};
 use track::Track;
 use uncertainty::Uncertainty;
@@ -90,8 +93,12 @@ pub struct TextureMotion {
     pub is_tested: bool,
     /// Standard uncertainty of the angle between motion and picture, in rad.
     pub pan_sigma_rad: f64,
+    /// The part of it that would be left with the focal length known, in rad: whether there is an angle at all.
+    pub pan_own_sigma_rad: f64,
     /// Standard uncertainty of k1; 0 if it was not adjusted.
     pub k1_sigma: f64,
+    /// Standard uncertainty of the focal length as a share of it; 0 if it may not be adjusted.
+    pub focal_length_sigma: f64,
     /// Standard uncertainty of the row of a typical point from frame to frame, in px.
     pub rows_sigma_px: f64,
     /// Median of the standard uncertainties of the positions along the path, in px of a typical point. Larger than that
@@ -112,27 +119,49 @@ pub struct TextureMotion {
 pub struct MotionOptions {
     /// How many times a point is placed in a frame, at most. 200,000 take some seconds.
     pub observations: usize,
-    /// Focal length and principal point (column, row), in px; `None`: those of a usual lens. A motion is found without
-    /// them; they matter for its angle to the picture, and for rotations.
-    pub lens_px: Option<(f64, [f64; 2])>,
+    /// The lens; `None`: [`LensEstimate::unknown`]. A motion is found without it; it matters for the angle to the picture, and for
+    /// rotations.
+    pub lens: Option<MotionLens>,
     /// What may be adjusted, if the tracks tell it.
     pub may: MotionModel,
+}
+
+/// A lens as it is known before the frames are looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionLens {
+    /// Focal length, in px.
+    pub focal_length_px: f64,
+    /// Its standard uncertainty as a share of it, more than 0. It counts if the focal length may be adjusted.
+    pub focal_length_sigma: f64,
+    /// Standard uncertainty of k1, which is known to be near 0; more than 0. It counts if k1 may be adjusted.
+    pub k1_sigma: f64,
+    /// Principal point: column and row, in px.
+    pub centre_px: [f64; 2],
+}
+
+impl MotionLens {
+    /// As a lens is known.
+    pub fn of(estimate: &LensEstimate) -> Self {
+        let (lens, sigma) = (&estimate.lens, estimate.sigma());
+        Self {
+            focal_length_px: lens.focal_length_x_px,
+            focal_length_sigma: sigma[0] / lens.focal_length_x_px,
+            k1_sigma: sigma[4],
+            centre_px: [lens.principal_point_x_px, lens.principal_point_y_px],
+        }
+    }
 }
 
 impl MotionOptions {
     /// For the positions alone, with so many observations.
     pub fn of_positions(observations: usize) -> Self {
-        Self { observations, lens_px: None, may: MotionModel::default() }
+        Self { observations, lens: None, may: MotionModel::default() }
     }
 
-    fn lens(&self, rows: usize, columns: usize) -> (f64, [f64; 2]) {
-        let middle = [columns, rows].map(|size| 0.5 * (size as f64 - 1.0));
-        self.lens_px.unwrap_or((USUAL_FOCAL_LENGTH * rows.max(columns) as f64, middle))
+    fn lens(&self, rows: usize, columns: usize) -> MotionLens {
+        self.lens.unwrap_or_else(|| MotionLens::of(&LensEstimate::unknown(rows, columns)))
     }
 }
-
-/// Focal length of a usual lens, as a share of the longest side of the picture.
-const USUAL_FOCAL_LENGTH: f64 = 1.2;
 
 /// Where rows are not known this well, in px, frames cannot be matched.
 const LARGEST_ROWS_SIGMA_PX: f64 = 1.0;
@@ -234,30 +263,39 @@ fn followed(
     options: &MotionOptions,
 ) -> Result<TextureMotion, TextureMotionError> {
     let (rows, columns) = frames.size();
-    let (focal_length_px, centre_px) = options.lens(rows, columns);
+    let MotionLens { focal_length_px, focal_length_sigma, k1_sigma, centre_px } = options.lens(rows, columns);
+    let lens = LensPrior { focal_length_px, focal_length_sigma, k1_sigma };
     let mut expected = Expected::of_search(found, focal_length_px, centre_px);
     loop {
         factor = factor.div_ceil(FINER);
         let tracks = follow::follow(frames, factor, &expected, options.observations);
         if factor == 1 {
-            let chosen = choose(&tracks, &expected.cameras, options.may)?;
+            let chosen = choose(&tracks, &expected.cameras, lens, options.may)?;
             contradiction(&chosen.fit, (rows, columns)).map_or(Ok(()), Err)?;
-            let motion = motion(&tracks, chosen);
-            return match motion.rows_sigma_px < LARGEST_ROWS_SIGMA_PX {
+            let motion = motion(&tracks, chosen, options.may)?;
+            // Where frames turn and that cannot be adjusted, points are off by more than the uncertainty says.
+            let rows_px = motion.rows_sigma_px.max(motion.residual_px);
+            return match rows_px < LARGEST_ROWS_SIGMA_PX {
                 true => Ok(motion),
-                false => Err(TextureMotionError::Uncertain { rows_px: motion.rows_sigma_px }),
+                false => Err(TextureMotionError::Uncertain { rows_px }),
             };
         }
         let MotionModel { pan, rotations, .. } = options.may;
         let model = MotionModel { pan, rotations, ..MotionModel::default() };
-        let fit = bundle::adjust(&tracks, &expected.cameras, model)?;
+        let fit = bundle::adjust(&tracks, &expected.cameras, lens, model)?;
         expected = Expected::of_fit(&fit, &tracks, expected.anchors);
     }
 }
 
 /// From the adjusted cameras to positions of a typical point, and to tau.
-fn motion(tracks: &[Track], chosen: choose::Chosen) -> TextureMotion {
+fn motion(
+    tracks: &[Track],
+    chosen: choose::Chosen,
+    may: MotionModel,
+) -> Result<TextureMotion, TextureMotionError> {
     let choose::Chosen { fit, is_tested } = chosen;
+    let model = fit.free;
+    let fit = if may.focal_length { with_free_focal_length(tracks, fit)? } else { fit };
     let uncertainty = Uncertainty::of(tracks, &fit);
     let position: Vec<f64> = fit.cameras.frames.iter().map(|frame| frame.position).collect();
     let [first, last] = [position[0], position[position.len() - 1]];
@@ -265,9 +303,9 @@ fn motion(tracks: &[Track], chosen: choose::Chosen) -> TextureMotion {
     let (tau_sigma, step_sigma) = uncertainty.of_tau(&tau);
     let px = uncertainty.typical_px();
     let direction = fit.cameras.direction;
-    let [angle_sigma_rad, pan_sigma_rad] = uncertainty.of_direction();
+    let [angle_sigma_rad, pan_sigma_rad, pan_own_sigma_rad] = uncertainty.of_direction();
     let agreement = fit.agreement(tracks);
-    TextureMotion {
+    Ok(TextureMotion {
         position_px: position.iter().map(|position| px * (position - first)).collect(),
         tau,
         tau_sigma,
@@ -275,10 +313,12 @@ fn motion(tracks: &[Track], chosen: choose::Chosen) -> TextureMotion {
         moves_right: direction.x < 0.0,
         angle_rad: (direction.y / direction.x).atan(),
         angle_sigma_rad,
-        model: fit.free,
+        model,
         is_tested,
         pan_sigma_rad,
+        pan_own_sigma_rad,
         k1_sigma: if fit.free.k1 { uncertainty.of_k1() } else { 0.0 },
+        focal_length_sigma: if fit.free.focal_length { uncertainty.of_focal_length() } else { 0.0 },
         rows_sigma_px: uncertainty.of_rows(),
         position_sigma_px: uncertainty.of_positions() * px,
         typical_rho: uncertainty.typical_rho(),
@@ -286,5 +326,5 @@ fn motion(tracks: &[Track], chosen: choose::Chosen) -> TextureMotion {
         rejected: agreement.rejected,
         residual_px: agreement.residual_px,
         cameras: fit.cameras,
-    }
+    })
 }

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 pub struct MotionModel {
     /// The angle between motion and picture.
     pub pan: bool,
+    /// The focal length, within what is known of it before.
+    #[serde(default)]
+    pub focal_length: bool,
     /// A small rotation of every frame.
     pub rotations: bool,
     /// A displacement of every frame across the line.
@@ -16,19 +19,22 @@ pub struct MotionModel {
     pub k1: bool,
 }
 
-/// Unknowns of all frames: the direction's two, and k1.
-pub(super) const COMMON: usize = 3;
+/// Unknowns of all frames: the direction's two, k1, and the logarithm of the focal length.
+pub(super) const COMMON: usize = 4;
 /// Index of the direction's angle to the picture: of the two vectors across a motion in the picture, the first leads out of
 /// it.
 pub(super) const PAN: usize = 0;
 /// Index of k1.
 pub(super) const K1: usize = 2;
+/// Index of the focal length's logarithm.
+pub(super) const FOCAL_LENGTH: usize = 3;
 
 impl MotionModel {
     /// What of this `may` be adjusted.
     pub(super) fn of_these(self, may: Self) -> Self {
         Self {
             pan: self.pan && may.pan,
+            focal_length: self.focal_length && may.focal_length,
             rotations: self.rotations && may.rotations,
             offsets: self.offsets && may.offsets,
             k1: self.k1 && may.k1,

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::TextureMotionError;
 use super::cameras::{Cameras, Point, View};
-use super::fit::Fit;
-use super::model::{COMMON, K1, MotionModel, PAN};
+use super::fit::{Fit, LensPrior};
+use super::model::{COMMON, FOCAL_LENGTH, K1, MotionModel, PAN};
 use super::seen::Seen;
 use super::track::Track;
 
@@ -58,6 +58,16 @@ impl Mixed {
         let [x, y, z] = &self.products;
         let products = x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z));
         products.zip(changes).map(|(by, index)| by * change[index]).sum()
+    }
+
+    /// Takes all products with this change of the point off a sum by unknown.
+    pub(super) fn take_off(&self, point: &Vector3<f64>, sum: &mut DVector<f64>) {
+        let [x, y, z] = &self.products;
+        for (first, places) in &self.runs {
+            for (index, at) in (*first..).zip(places.clone()) {
+                sum[index] -= x[at] * point.x + y[at] * point.y + z[at] * point.z;
+            }
+        }
     }
 
     /// Takes the point's part off the equations.
@@ -181,6 +191,7 @@ fn held(cameras: &Cameras, free: MotionModel) -> Vec<usize> {
     let mut held = vec![free.position(0), free.position(farthest)];
     held.extend((!free.pan).then_some(PAN));
     held.extend((!free.k1).then_some(K1));
+    held.extend((!free.focal_length).then_some(FOCAL_LENGTH));
     held
 }
 
@@ -240,14 +251,19 @@ impl Solved {
     }
 }
 
-/// Unknowns with a prior: index, present value, and the prior's standard deviation.
+/// Unknowns with a prior: index, by how much they depart from its mean, and its standard deviation.
 pub(super) fn priors(fit: &Fit) -> Vec<(usize, f64, f64)> {
-    small_unknowns(fit).into_iter().map(|(index, value, _, sigma)| (index, value, sigma)).collect()
+    let (LensPrior { focal_length_px, focal_length_sigma, k1_sigma }, free) = (fit.prior.lens, fit.free);
+    let longer = (fit.cameras.focal_length_px / focal_length_px).ln();
+    let focal_length = free.focal_length.then_some((FOCAL_LENGTH, longer, focal_length_sigma));
+    let k1 = free.k1.then_some((K1, fit.cameras.k1, k1_sigma));
+    let small = small_unknowns(fit).into_iter().map(|(index, value, _, sigma)| (index, value, sigma));
+    focal_length.into_iter().chain(k1).chain(small).collect()
 }
 
 /// Rotations (0) and offsets (1): index, present value, kind, and standard deviation of the prior.
 pub(super) fn small_unknowns(fit: &Fit) -> Vec<(usize, f64, usize, f64)> {
-    let (free, [of_rotation, of_offset]) = (fit.free, fit.prior);
+    let (free, [of_rotation, of_offset]) = (fit.free, fit.prior.small);
     let mut unknowns = Vec::new();
     for (frame, pose) in fit.cameras.frames.iter().enumerate() {
         if free.rotations {

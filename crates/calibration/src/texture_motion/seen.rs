@@ -1,6 +1,6 @@
 //! A sight against the place where the cameras put its point: the residual and its derivatives.
 
-use nalgebra::{Matrix2, Matrix2x3, SMatrix, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Matrix2x4, SMatrix, Vector2};
 
 use super::cameras::{Derivatives, Point, View};
 use super::model::{COMMON, MotionModel};
@@ -15,7 +15,7 @@ const FLOOR_PX: f64 = 0.005;
 pub(super) struct Seen {
     pub(super) residual: Vector2<f64>,
     pub(super) point: Matrix2x3<f64>,
-    pub(super) common: Matrix2x3<f64>,
+    pub(super) common: Matrix2x4<f64>,
     /// Position, rotation, offset: as many columns as are free.
     pub(super) frame: SMatrix<f64, 2, 6>,
 }

@@ -234,15 +234,20 @@ fn stated_uncertainties_of_tau_hold() {
 }
 
 /// The model of a camera that neither turns nor leaves its line, in a direction of any kind.
-const STRAIGHT: MotionModel = MotionModel { pan: true, rotations: false, offsets: false, k1: false };
+const STRAIGHT: MotionModel =
+    MotionModel { pan: true, focal_length: false, rotations: false, offsets: false, k1: false };
+
+fn known(focal_length_px: f64, centre_px: [f64; 2]) -> MotionLens {
+    MotionLens { focal_length_px, focal_length_sigma: 0.001, k1_sigma: 0.1, centre_px }
+}
 
 /// The lens that the simulator's camera has, for motions with an angle to the picture.
 fn through(config: &SimulatorConfig) -> MotionOptions {
     let optics = &config.optics;
     let centre = [optics.principal_point_x_px, optics.principal_point_y_px];
     MotionOptions {
-        lens_px: Some((optics.focal_length_px, centre)),
-        may: MotionModel { pan: true, rotations: true, offsets: true, k1: true },
+        lens: Some(known(optics.focal_length_px, centre)),
+        may: MotionModel { rotations: true, offsets: true, k1: true, ..STRAIGHT },
         ..MotionOptions::of_positions(100_000)
     }
 }
@@ -421,8 +426,8 @@ fn frames_that_turn_or_leave_the_line_are_found() {
             let scene = Wobbling::new(seed, rotation_deg, offset);
             let frames = Pictures((0..16).into_par_iter().map(|frame| scene.picture(frame)).collect());
             let options = MotionOptions {
-                lens_px: Some((scene.cameras.focal_length_px, scene.cameras.centre_px)),
-                may: MotionModel { pan: true, rotations: true, offsets: true, k1: false },
+                lens: Some(known(scene.cameras.focal_length_px, scene.cameras.centre_px)),
+                may: MotionModel { rotations: true, offsets: true, ..STRAIGHT },
                 ..MotionOptions::of_positions(100_000)
             };
             let motion = texture_motion(&frames, &options).unwrap();
@@ -438,6 +443,34 @@ fn frames_that_turn_or_leave_the_line_are_found() {
             );
             assert_eq!(motion.model, model);
             assert!(off_px < 0.02, "{off_px}");
+        }
+    }
+}
+
+/// A camera that turns tells its focal length; one that leaves its line does not, and nothing is made up.
+#[test]
+fn turns_tell_the_focal_length() {
+    for (rotation_deg, offset, tells) in [(0.1, 0.0, true), (0.0, 0.01, false)] {
+        for seed in [1, 2] {
+            let scene = Wobbling::new(seed, rotation_deg, offset);
+            let frames = Pictures((0..16).into_par_iter().map(|frame| scene.picture(frame)).collect());
+            let Cameras { focal_length_px, centre_px, .. } = scene.cameras;
+            let guess = MotionLens { focal_length_sigma: 0.5, ..known(focal_length_px / 1.4, centre_px) };
+            let options = MotionOptions {
+                lens: Some(guess),
+                may: MotionModel { focal_length: true, rotations: true, offsets: true, ..STRAIGHT },
+                ..MotionOptions::of_positions(100_000)
+            };
+            let motion = texture_motion(&frames, &options).unwrap();
+            let found = motion.cameras.focal_length_px;
+            let (off, sigma) = ((found / focal_length_px).ln(), motion.focal_length_sigma);
+            println!("{:?}: focal length off by {off:.4} (sigma {sigma:.4})", motion.model);
+            assert_eq!(motion.model.focal_length, tells);
+            if tells {
+                assert!(off.abs() < 3.0 * sigma && sigma < 0.05, "{off} {sigma}");
+            } else {
+                assert!((found - guess.focal_length_px).abs() < 1e-9);
+            }
         }
     }
 }

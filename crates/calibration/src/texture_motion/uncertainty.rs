@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::cameras::{Point, View};
 use super::fit::Fit;
-use super::model::MotionModel;
-use super::normal::priors;
+use super::model::{FOCAL_LENGTH, K1, MotionModel};
+use super::normal::{Eliminated, equations, priors};
 use super::seen::Seen;
 use super::track::Track;
 use epirig_core::statistics::median;
@@ -120,20 +120,29 @@ impl<'a> Uncertainty<'a> {
         self.rho.abs() * cameras.focal_length_px * in_picture
     }
 
-    /// Standard uncertainties of the direction in the picture and towards the scene, in rad.
-    pub(super) fn of_direction(&self) -> [f64; 2] {
+    /// Standard uncertainties, in rad: of the direction in the picture, of that towards the scene, and of the latter with the
+    /// focal length known.
+    pub(super) fn of_direction(&self) -> [f64; 3] {
         let m = self.fit.cameras.direction;
         let across = self.fit.cameras.across();
         let plane = m.x.hypot(m.y).max(f64::MIN_POSITIVE);
         let roll = across.map(|axis| (m.x * axis.y - m.y * axis.x) / (plane * plane));
         // z grows with the pan; the length of m stays 1.
         let pan = across.map(|axis| axis.z / plane);
-        [roll, pan].map(|by| self.sigma(&[(0, by[0]), (1, by[1])]))
+        // Where the focal length is longer by a share, the angle is larger by it.
+        let of_focal_length = m.z / plane;
+        [(roll, 0.0), (pan, 0.0), (pan, -of_focal_length)]
+            .map(|(by, longer)| self.sigma(&[(0, by[0]), (1, by[1]), (FOCAL_LENGTH, longer)]))
     }
 
     /// Standard uncertainty of k1.
     pub(super) fn of_k1(&self) -> f64 {
-        self.sigma(&[(2, 1.0)])
+        self.sigma(&[(K1, 1.0)])
+    }
+
+    /// Standard uncertainty of the focal length, as a share of it.
+    pub(super) fn of_focal_length(&self) -> f64 {
+        self.sigma(&[(FOCAL_LENGTH, 1.0)])
     }
 
     /// Standard uncertainty of the row of a point from frame to frame, in px: the root mean square over points and
@@ -163,7 +172,8 @@ impl<'a> Uncertainty<'a> {
     }
 }
 
-/// The gradients by the camera unknowns, summed over the points of each cell, and over those of each frame.
+/// The gradients by the camera unknowns with the points eliminated, summed over the points of each cell, and over those of
+/// each frame if frames do not turn.
 struct Scores {
     cells: BTreeMap<(i64, i64), DVector<f64>>,
     frames: Vec<DVector<f64>>,
@@ -173,8 +183,11 @@ fn scores(tracks: &[Track], fit: &Fit) -> Scores {
     let (views, free) = (fit.cameras.views(), fit.free);
     let zero = || DVector::zeros(free.unknowns(views.len()));
     let mut scores = Scores { cells: BTreeMap::new(), frames: vec![zero(); views.len()] };
-    for ((track, point), weights) in tracks.iter().zip(&fit.points).zip(&fit.weights) {
+    let (eliminated, _) = equations(tracks, fit);
+    let points = tracks.iter().zip(&fit.points).zip(&fit.weights).zip(&eliminated);
+    for (((track, point), weights), Eliminated { inverse, right, mixed }) in points {
         let of_cell = scores.cells.entry(track.cell).or_insert_with(zero);
+        mixed.take_off(&(inverse * right), of_cell);
         for (sight, &weight) in track.sights.iter().zip(weights).filter(|(_, weight)| weight.x > 0.0) {
             let Some(seen) = Seen::of(track, (sight, weight), &views[sight.frame], point, free) else {
                 continue;
@@ -183,6 +196,10 @@ fn scores(tracks: &[Track], fit: &Fit) -> Scores {
                 let score = by.dot(&seen.residual);
                 of_cell[index] += score;
                 scores.frames[sight.frame][index] += score;
+            }
+            if !free.rotations {
+                let moved = inverse * (seen.point.transpose() * seen.residual);
+                mixed.take_off(&moved, &mut scores.frames[sight.frame]);
             }
         }
     }
