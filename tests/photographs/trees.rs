@@ -35,7 +35,7 @@ struct Made {
 }
 
 impl Made {
-    /// Where a pixel of these photographs lies in the untouched ones, which have `columns` x `rows`.
+    /// Where a pixel of these photographs lies in untouched ones with the same middle, which have `columns` x `rows`.
     fn untouched(&self, (x, y): (f64, f64), (rows, columns): (usize, usize)) -> (f64, f64) {
         let middle = |size: usize| 0.5 * (size as f64 - 1.0);
         let (dx, dy) = (x - middle(self.size.1), y - middle(self.size.0));
@@ -111,18 +111,20 @@ fn turned_photographs_give_the_same_map() {
         .collect();
     let size = (photographs[0].1.rows(), photographs[0].1.columns());
     let all: fn(usize) -> bool = |_| true;
-    let untouched = Made { name: "untouched", degrees: 0.0, size, is_used: all };
-    let made = [
-        Made { name: "turned by 90", degrees: 90.0, size: (size.1, size.0), is_used: all },
-        Made { name: "turned by 1", degrees: 1.0, size: CUT, is_used: all },
-        Made { name: "turned by 7", degrees: 7.0, size: CUT, is_used: all },
-        Made {
-            name: "every third left out",
-            degrees: 0.0,
-            size,
-            is_used: |number| (number - USED.start()) % 3 != 1 || number == *USED.end(),
-        },
-    ];
+    let two_thirds: fn(usize) -> bool = |number| (number - USED.start()) % 3 != 1 || number == *USED.end();
+    let made = |name, degrees, size, is_used| Made { name, degrees, size, is_used };
+    // Each is compared with what the same part of the photographs gives untouched.
+    let whole = (
+        made("whole", 0.0, size, all),
+        vec![
+            made("turned by 90", 90.0, (size.1, size.0), all),
+            made("every third left out", 0.0, size, two_thirds),
+        ],
+    );
+    let cut = (
+        made("cut", 0.0, CUT, all),
+        vec![made("turned by 1", 1.0, CUT, all), made("turned by 7", 7.0, CUT, all)],
+    );
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let reference = |made: &Made| USED.filter(|&number| (made.is_used)(number)).position(|n| n == REFERENCE);
@@ -130,22 +132,37 @@ fn turned_photographs_give_the_same_map() {
         made.write(&photographs, &folder.join(format!("{}-photos", made.name)));
         measured(folder, made.name, reference(made).unwrap())
     };
-    let [disparity, sigma] = maps(&untouched);
-    let taken = if is_full() { made.len() } else { 1 };
-    for made in &made[..taken] {
+    if is_full() {
+        compare(&whole, &maps);
+        compare(&cut, &maps);
+    } else {
+        compare(&(whole.0, whole.1.into_iter().take(1).collect()), &maps);
+    }
+}
+
+/// Compares the maps of sets with those of an untouched one, pixel by pixel.
+fn compare((untouched, others): &(Made, Vec<Made>), maps: &dyn Fn(&Made) -> [Grid<f32>; 2]) {
+    let [disparity, sigma] = maps(untouched);
+    let answered = disparity.values().iter().filter(|value| !value.is_nan()).count();
+    for made in others {
         let [found, found_sigma] = maps(made);
-        let (mut pairs, mut answered) = (Vec::new(), 0);
+        let mut pairs = Vec::new();
         for y in 0..found.rows() {
             for x in 0..found.columns() {
-                let (u, v) = made.untouched((x as f64, y as f64), size);
-                let (u, v) = (u.round() as usize, v.round() as usize);
+                let (u, v) = made.untouched((x as f64, y as f64), untouched.size);
+                let (u, v) = (u.round(), v.round());
+                if !(0.0..untouched.size.1 as f64).contains(&u)
+                    || !(0.0..untouched.size.0 as f64).contains(&v)
+                {
+                    continue;
+                }
+                let (u, v) = (u as usize, v as usize);
                 let one = [disparity.at(u, v), sigma.at(u, v)].map(f64::from);
                 let other = [found.at(x, y), found_sigma.at(x, y)].map(f64::from);
-                answered += usize::from(!one[0].is_nan());
                 if !one[0].is_nan() && !other[0].is_nan() {
                     // In units of half the picture.
-                    let place =
-                        [u as f64 / size.1 as f64, v as f64 / size.0 as f64].map(|part| 2.0 * part - 1.0);
+                    let place = [u as f64 / untouched.size.1 as f64, v as f64 / untouched.size.0 as f64]
+                        .map(|part| 2.0 * part - 1.0);
                     pairs.push(Pair { one, other, place });
                 }
             }
