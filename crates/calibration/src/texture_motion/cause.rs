@@ -8,15 +8,18 @@ use super::cameras::Cameras;
 use super::fit::Fit;
 use super::frames::Frames;
 use super::point::squares;
-use super::start::{AGREE_ON_DIRECTION, FEWEST, MOVES_PX, POINTS, SIDE, found_between};
+use super::start::{AGREE_ON_DIRECTION, CLEAR_PX, FEWEST, MOVES_PX, POINTS, SIDE, found_between};
 use epirig_core::statistics::{median, quantile};
 
 /// Fewest squares that tell what kind of motion it is: half of them may be wrong, and four unknowns are adjusted.
 const TELLING: usize = 4 * FEWEST;
 /// A square agrees with a motion of the picture as a whole within this and a tenth of its own, in px.
 const AGREES_PX: f64 = 1.0;
-/// Each side has at least this share of the squares that move if they move to both.
+/// Each side has at least this share of the squares that move if they move to both; so have those that stand still, of all.
 const EACH_SIDE: f64 = 0.2;
+/// Of squares that move by anything up to some pixels, twice as many move by less than a clear motion as by less than any:
+/// where there are so few between, still ones are apart from those that move.
+const BETWEEN: f64 = 0.5;
 const STEPS: usize = 30;
 /// Share of the points that may lie behind the camera, and how far, as a share of that of near points: points that
 /// are very far away may do so by chance. A camera that turned by 3 degrees round its object had 43 %, sets without
@@ -80,7 +83,18 @@ pub(super) fn cause(frames: &dyn Frames, factor: usize) -> Option<TextureMotionE
         };
         (told().count() > 0 && told().all(|told| stays(&told))).then_some(TextureMotionError::Still)
     };
-    of_whole.or_else(sides).or_else(still)
+    told().find_map(|(_, shifts)| stands(shifts)).or(of_whole).or_else(sides).or_else(still)
+}
+
+/// Whether some squares stand still while others move, with next to none between.
+fn stands(shifts: &[Shift]) -> Option<TextureMotionError> {
+    let count = |range: std::ops::Range<f64>| {
+        shifts.iter().filter(|(_, [x, y])| range.contains(&x.hypot(*y))).count() as f64 / shifts.len() as f64
+    };
+    let (still, between) = (count(0.0..MOVES_PX), count(MOVES_PX..CLEAR_PX));
+    let moving = 1.0 - still - between;
+    (still.min(moving) >= EACH_SIDE && between < BETWEEN * still)
+        .then_some(TextureMotionError::Stands { share: still })
 }
 
 /// A motion of the picture as a whole, beside a shift.
@@ -255,6 +269,15 @@ mod tests {
             panic!("{:?}", refusal(&turned))
         };
         assert!(share > 0.3, "{share}");
+    }
+
+    #[test]
+    fn what_stands_still_before_what_moves_is_told_by_its_share() {
+        // 46 % of the columns stand still, and the others go round a curve.
+        let still =
+            moved(30.0, |t, [x, y]| if x < -10.0 { [x, y] } else { [x + 30.0 * t, y + 30.0 * t * t] });
+        let TextureMotionError::Stands { share } = refusal(&still) else { panic!("{:?}", refusal(&still)) };
+        assert!((0.3..0.6).contains(&share), "{share}");
     }
 
     #[test]

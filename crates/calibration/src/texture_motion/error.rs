@@ -58,6 +58,16 @@ pub enum TextureMotionError {
         /// By how much from frame to frame, in degrees.
         degrees: f64,
     },
+    /// Some points move and others do not.
+    #[error(
+        "{:.0} % of the points stand still and the others move: a background that does not move with the object, dirt on the camera, or a mark \
+         in the images; crop the images to what moves",
+        100.0 * share
+    )]
+    Stands {
+        /// Share of those that stand still, 0 to 1.
+        share: f64,
+    },
     /// Points move to both sides.
     #[error(
         "points move to both sides, {:.0} % of them against the others: the camera turns round the object, or the object turns; let it move on \
@@ -95,7 +105,7 @@ impl TextureMotionError {
         Some(match self {
             Self::Grows { place, share } => Self::Grows { place: scaled(place), share },
             Self::Towards { place } => Self::Towards { place: scaled(place) },
-            Self::Turns { .. } | Self::BothSides { .. } => self,
+            Self::Turns { .. } | Self::BothSides { .. } | Self::Stands { .. } => self,
             _ => return None,
         })
     }
