@@ -203,9 +203,11 @@ pub(super) fn advise(
         talk.say(&format!(
             "hint: few pixels have an answer: {}",
             cause(sequence, calibration).unwrap_or_else(|| {
-                "the surface may show little texture (try --semi-global); the motion is along the rows and in its steps, as far as it can be \
-                 measured"
-                    .to_owned()
+                let semi_global = if summary.settings.semi_global { "" } else { ", or try --semi-global" };
+                format!(
+                    "the surface may show little texture for its noise (give more light{semi_global}); the motion is along the rows and in its \
+                     steps, as far as it can be measured"
+                )
             })
         ));
     }

@@ -250,10 +250,17 @@ fn says_what_to_do(why: &TextureMotionError) -> bool {
 
 /// How much is answered, and how well.
 fn answers(summary: &MatchSummary) -> String {
-    let (share, of_what) = match summary.object > 0.0 {
-        true => (summary.object_answered, "of the object"),
-        false => (summary.answered, "of the frame"),
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let answered = match summary.object {
+        none if none <= 0.0 => format!("{} of the frame", percent(summary.answered)),
+        // Of a small part the share says little.
+        part if part < 0.5 => format!(
+            "{} of the object, which is {} of the frame,",
+            percent(summary.object_answered),
+            percent(part)
+        ),
+        _ => format!("{} of the object", percent(summary.object_answered)),
     };
     let median = summary.median_sigma_px.map_or("unknown".to_owned(), |px| ascii(&sigma(px, "px")));
-    format!("{:.1} % {of_what} answered, median sigma {median}", 100.0 * share)
+    format!("{answered} answered, median sigma {median}")
 }

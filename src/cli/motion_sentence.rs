@@ -6,6 +6,8 @@ use epirig_core::statistics::root_mean_square;
 
 /// A step of more usual steps than this is a gap.
 const GAP: f64 = 1.5;
+/// A step of less than this share of the mean one, which cannot be told from none, is no step: two frames of one place.
+const NO_STEP: f64 = 0.1;
 
 /// What was found of the motion: how the camera is turned to it, and how the steps differ. "turned by 1.97 degrees, steps
 /// differ by 11 %, 2 gaps".
@@ -61,6 +63,8 @@ fn step_sigma(calibration: &Calibration) -> f64 {
 /// of tau.
 fn steps(tau: &[f64], sigma: f64) -> Vec<String> {
     let steps: Vec<f64> = tau.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let none = (3.0 * sigma).min(NO_STEP / steps.len().max(1) as f64);
+    let (repeated, steps): (Vec<f64>, Vec<f64>) = steps.into_iter().partition(|step| *step < none);
     let usual = median(&steps);
     let shares = steps.iter().map(|step| step / usual);
     let (gaps, others): (Vec<f64>, Vec<f64>) = shares.partition(|share| *share > GAP);
@@ -83,7 +87,12 @@ fn steps(tau: &[f64], sigma: f64) -> Vec<String> {
         1 => Some("1 gap".to_owned()),
         count => Some(format!("{count} gaps")),
     };
-    std::iter::once(differ).chain(gaps).collect()
+    let repeated = match repeated.len() {
+        0 => None,
+        1 => Some("1 frame at the place of another".to_owned()),
+        count => Some(format!("{count} frames at places of others")),
+    };
+    std::iter::once(differ).chain(gaps).chain(repeated).collect()
 }
 
 /// The middle value: of an even number the lower one of the two, because gaps are the upper ones. 1 of none.
@@ -98,13 +107,18 @@ mod tests {
     use super::*;
 
     fn said(lengths: &[f64]) -> String {
+        said_known(lengths, 0.0)
+    }
+
+    /// With steps that are known to `sigma`, in the unit of all together.
+    fn said_known(lengths: &[f64], sigma: f64) -> String {
         let whole: f64 = lengths.iter().sum();
         let places = lengths.iter().scan(0.0, |place, length| {
             *place += length;
             Some(*place / whole)
         });
         let tau: Vec<f64> = std::iter::once(0.0).chain(places).collect();
-        steps(&tau, 0.0).join(", ")
+        steps(&tau, sigma).join(", ")
     }
 
     #[test]
@@ -114,6 +128,11 @@ mod tests {
         assert_eq!(said(&[1.0, 0.5, 1.4, 1.0, 1.0]), "steps differ by 29 %");
         assert_eq!(said(&[1.0, 1.0003, 1.0, 0.9997, 1.0]), "steps differ by 0.02 %");
         assert_eq!(said(&[1.0, 2.0, 1.0, 1.0, 1.0]), "equal steps, 1 gap");
+        let twice = [1.0, 0.001, 1.0, 0.0, 1.0, -0.0, 1.0];
+        assert_eq!(
+            said_known(&twice, 1e-3),
+            "steps equal to 1 %, as far as they are known, 3 frames at places of others"
+        );
         assert_eq!(said(&[1.1, 2.0, 0.9, 1.0, 3.0, 1.0]), "steps differ by 7.1 %, 2 gaps");
     }
 }

@@ -21,6 +21,8 @@ const FEWEST_MOVING: usize = 3;
 const FEWEST_SEEN: usize = 8;
 /// Frames show another scene if no more than this share of the usual number of blocks is found again.
 const FOREIGN_SHARE: f64 = 0.2;
+/// A part of the frames is compared with so many others.
+const COMPARED: usize = 16;
 /// Share of the pairs whose shift has to be clear, or pairs farther apart are tried.
 const CLEAR_SHARE: f64 = 0.75;
 /// Pairs of frames that are looked at for a direction.
@@ -141,26 +143,21 @@ impl<'a> Judge<'a> {
             return Vec::new();
         }
         let Some(main) = (0..parts.len()).max_by_key(|&part| parts[part].len()) else { return Vec::new() };
-        let mut known = parts[main].clone();
-        let mut foreign = Vec::new();
+        let mut known = parts.remove(main);
+        // In disorder a part may share nothing with its neighbours, and much with others.
         let belongs = |known: &[usize], part: &[usize]| {
-            let ends =
-                [known.iter().rfind(|&&frame| frame < part[0]), known.iter().find(|&&frame| frame > part[0])];
-            let near = [part[0], part[part.len() - 1]];
-            ends.iter().zip(near).any(|(end, near)| {
-                end.is_some_and(|&end| {
-                    !is_break(&super::blocks::shifts(self.frames[end].1, self.frames[near].1))
-                })
+            let some = known.iter().step_by(known.len().div_ceil(COMPARED)).chain([&known[known.len() - 1]]);
+            let pairs: Vec<_> =
+                some.flat_map(|&known| [part[0], part[part.len() - 1]].map(|end| (known, end))).collect();
+            pairs.par_iter().any(|&(known, end)| {
+                !is_break(&super::blocks::shifts(self.frames[known].1, self.frames[end].1))
             })
         };
-        let (before, after) = (parts[..main].iter().rev(), parts[main + 1..].iter());
-        for part in after.chain(before) {
-            match belongs(&known, part) {
-                true => known.extend(part),
-                false => foreign.extend(part),
-            }
+        while let Some(part) = parts.iter().position(|part| belongs(&known, part)) {
+            known.append(&mut parts.remove(part));
             known.sort_unstable();
         }
+        let mut foreign = parts.concat();
         foreign.sort_unstable();
         if 2 * foreign.len() >= count { Vec::new() } else { foreign }
     }

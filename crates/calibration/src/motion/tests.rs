@@ -203,6 +203,18 @@ fn frames_of_another_scene_are_named() {
 }
 
 #[test]
+fn frames_in_disorder_that_share_little_with_their_neighbours_are_not_foreign() {
+    // Frames that stand beside each other share next to nothing twice.
+    let places = [0, 1, 2, 9, 10, 11, 3, 4, 5, 6, 7, 8];
+    let frames = moved(&fine(3), places.map(|place| (-30.0 * f64::from(place), 0.0)));
+    let doubts = doubts(&frames);
+    assert!(
+        !doubts.is_empty() && !doubts.iter().any(|doubt| matches!(doubt, Doubt::Foreign(_))),
+        "{doubts:?}"
+    );
+}
+
+#[test]
 fn what_repeats_and_what_drifts_is_not_called_wrong() {
     use std::f64::consts::TAU;
     // Stripes and a grid: steps of half a period and more.
