@@ -211,6 +211,11 @@ pub struct CameraMotionRecord {
     /// Standard uncertainty of the position of a frame, in px of a typical point. It is large where frames turn by
     /// themselves: a turn to the side moves all points like a step.
     pub position_sigma_px: f64,
+    /// Standard uncertainty that the motion brings to all disparities together, in px: a steady turn to the side cannot be told
+    /// from a change of all of them. It is not in the sigma of a pixel.
+    pub disparity_sigma_px: f64,
+    /// What is left of it beside an offset, a slope and a scale of the map, in px: it bends a plane.
+    pub bend_sigma_px: f64,
     /// How far rows drift over the whole path in a corner, in px, if roll and pan are not corrected.
     pub drift_px: f64,
     /// Whether the mapping corrects them; a drift that is not significant is left.

@@ -237,6 +237,8 @@ fn record(motion: &TextureMotion, camera: RectifiedCamera) -> CameraMotionRecord
         focal_length_sigma_px: motion.focal_length_sigma * cameras.focal_length_px,
         moved_px,
         position_sigma_px: motion.position_sigma_px,
+        disparity_sigma_px: motion.disparity_sigma_px,
+        bend_sigma_px: motion.bend_sigma_px,
         drift_px,
         is_applied: has_poses || model.k1 || (is_significant && drift_px > LEAST_DRIFT_PX),
         rows_sigma_px: motion.rows_sigma_px,

@@ -16,6 +16,7 @@ use crate::calibrate::{
     CALIBRATION, CalibrateError, Calibration, CalibrationPlan, CameraMotionRecord, LensKnowledge, LensSource,
     PositionSource, read_calibration_file,
 };
+use crate::number::{ascii, sigma};
 use crate::pipeline::{calibrate_sequence, calibration_need};
 use crate::profile::Profile;
 use crate::rig::calibration_plan;
@@ -281,6 +282,7 @@ pub(super) fn describe(calibration: &Calibration) -> String {
         line("pan", with_sigma(motion.pan_deg, motion.pan_sigma_deg, "deg"));
         line("frames turn", turns(motion));
         line("rows", rows(motion));
+        line("disparities", disparities(motion));
     }
     let positions = &calibration.positions;
     line(
@@ -326,6 +328,12 @@ fn turns(motion: &CameraMotionRecord) -> String {
     let [pitch, yaw, roll] = motion.rotation_rms_deg();
     let offsets = if motion.model.offsets { "; and leave the straight line" } else { "" };
     format!("by {pitch:.3}, {yaw:.3} and {roll:.3} deg RMS (pitch, yaw, roll), corrected{offsets}")
+}
+
+/// How well disparities are known together.
+fn disparities(motion: &CameraMotionRecord) -> String {
+    let [all, bend] = [motion.disparity_sigma_px, motion.bend_sigma_px].map(|px| ascii(&sigma(px, "px")));
+    format!("known to {all} by the motion, all of them together; a plane may be bent by {bend}")
 }
 
 fn rows(motion: &CameraMotionRecord) -> String {

@@ -13,5 +13,6 @@ mod size;
 mod generator;
 mod measured;
 mod original;
+mod shape;
 mod stored;
 mod trees;

@@ -14,6 +14,7 @@ use nalgebra::Vector3;
 
 use super::photographs::{Photographs, Series, Texture};
 use super::program::succeeds;
+use super::shape::{Pair, shape};
 use super::size::is_full;
 
 /// Pixels from one that is judged to the next, along rows and columns.
@@ -30,30 +31,21 @@ struct Judged {
     within_two_sigma: f64,
 }
 
+/// Disparity and sigma of a pixel, `None` without an answer; its true disparity; and its place in units of half the map.
+type Pixel = (Option<(f64, f64)>, f64, [f64; 2]);
+
 /// Answers against the truth of the same pixels; `None` is no answer. The scale of all disparities, and what they have in
 /// common, depend on the focal length and on a drift of the camera's orientation, which no picture tells.
-fn judged(pixels: &[(Option<(f64, f64)>, f64)]) -> Judged {
-    let answers: Vec<(f64, f64, f64)> = pixels
+fn judged(pixels: &[Pixel]) -> Judged {
+    let pairs: Vec<Pair> = pixels
         .iter()
-        .filter_map(|(answer, truth)| answer.map(|(found, sigma)| (found, sigma, *truth)))
+        .filter_map(|(answer, truth, place)| {
+            let (found, sigma) = (*answer)?;
+            Some(Pair { one: [*truth, 0.0], other: [found, sigma], place: *place })
+        })
         .collect();
-    let (mut scale, mut offset) = (1.0, 0.0);
-    for _ in 0..20 {
-        let mut sums = [0.0; 5];
-        for (found, sigma, truth) in &answers {
-            let error = (found - scale * truth - offset) / sigma;
-            let weight = 1.0 / (sigma * sigma) / (1.0 + (error / 3.0).powi(2));
-            let more = [1.0, *truth, truth * truth, *found, truth * found];
-            sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += weight * more);
-        }
-        let [w, t, tt, f, tf] = sums;
-        scale = (w * tf - t * f) / (w * tt - t * t);
-        offset = (f - scale * t) / w;
-    }
-    let errors: Vec<(f64, f64)> = answers
-        .iter()
-        .map(|(found, sigma, truth)| ((found - scale * truth - offset).abs(), *sigma))
-        .collect();
+    let model = shape(&pairs);
+    let errors: Vec<(f64, f64)> = pairs.iter().map(|pair| (pair.off(&model), pair.sigma(&model))).collect();
     let count = errors.len() as f64;
     Judged {
         answered: count / pixels.len() as f64,
@@ -70,7 +62,7 @@ fn pixels(
     frame: usize,
     raw: impl Fn(f64, f64) -> (f64, f64),
     (axis, focal_length_px): (&Vector3<f64>, f64),
-) -> Vec<(Option<(f64, f64)>, f64)> {
+) -> Vec<Pixel> {
     let mut pixels = Vec::new();
     for y in (0..disparity.rows()).step_by(EVERY) {
         for x in (0..disparity.columns()).step_by(EVERY) {
@@ -84,7 +76,9 @@ fn pixels(
             }
             let answer = (f64::from(disparity.at(x, y)), f64::from(sigma.at(x, y)));
             let answer = (!answer.0.is_nan()).then_some(answer);
-            pixels.push((answer, series.disparity_px(&point, axis, focal_length_px)));
+            let place = [x as f64 / disparity.columns() as f64, y as f64 / disparity.rows() as f64];
+            let place = place.map(|part| 2.0 * part - 1.0);
+            pixels.push((answer, series.disparity_px(&point, axis, focal_length_px), place));
         }
     }
     pixels
@@ -115,9 +109,12 @@ fn measured(series: &Series, folder: &Path) -> Found {
     let pose = |place: usize| poses.get(place).copied().unwrap_or_else(FramePose::default);
     let reference = results.matched.reference;
     let axis = Vector3::from(mapping.rotation()[2]);
+    // How far the motion bends the map is stated beside it.
+    let bend_px = calibration.camera_motion.as_ref().map_or(0.0, |motion| motion.bend_sigma_px as f32);
+    let sigma = results.sigma.map(|px| px.hypot(bend_px));
     let pairs = pixels(
         series,
-        (&results.disparity, &results.sigma),
+        (&results.disparity, &sigma),
         order[reference],
         |x, y| mapping.raw_of(&pose(reference), x, y),
         (&axis, mapping.camera.focal_length_px),

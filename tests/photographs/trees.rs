@@ -5,12 +5,14 @@
 use std::fs;
 use std::path::Path;
 
+use epirig::calibrate::read_calibration;
 use epirig::results::read_map;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::median;
-use nalgebra::{Matrix4, Vector4};
+use epirig_data::sequence::Sequence;
 
 use super::program::succeeds;
+use super::shape::{Pair, shape};
 use super::size::is_full;
 
 /// Photographs that are measured, of 120.
@@ -81,17 +83,25 @@ fn cubic(photograph: &Grid<f32>, x: f64, y: f64) -> f64 {
     (0..4).map(|j| down[j] * row(j)).sum()
 }
 
-/// Disparity and its sigma in the pixels of the photograph in the middle.
+/// Disparity and its sigma, that of the motion included, in the pixels of the photograph in the middle.
 fn measured(folder: &Path, name: &str, reference: usize) -> [Grid<f32>; 2] {
     let (photos, reference) = (format!("{name}-photos"), reference.to_string());
     let measure =
         ["-q", "measure", &photos, "--out", name, "--reference", &reference, "--min-visible", "0.35"];
     println!("{}", succeeds(folder, &measure));
-    ["disparity", "sigma"].map(|map| {
+    let [disparity, sigma] = ["disparity", "sigma"].map(|map| {
         let out = format!("{name}-{map}.npy");
         succeeds(folder, &["export", name, "--map", map, "--original", "--out", &out]);
         read_map(&folder.join(out)).unwrap()
-    })
+    });
+    let sequence = Sequence::open(&folder.join(name)).unwrap();
+    let (calibration, _) = read_calibration(&sequence).unwrap().unwrap();
+    let motion = calibration.camera_motion.unwrap();
+    println!(
+        "{name}: known to {} px by the motion, bent by {}",
+        motion.disparity_sigma_px, motion.bend_sigma_px
+    );
+    [disparity, sigma.map(|px| px.hypot(motion.bend_sigma_px as f32))]
 }
 
 #[test]
@@ -168,7 +178,7 @@ fn compare((untouched, others): &(Made, Vec<Made>), maps: &dyn Fn(&Made) -> [Gri
             }
         }
         let model = shape(&pairs);
-        let off = |pair: &Pair| (pair.other[0] - pair.terms().dot(&model)).abs();
+        let off = |pair: &Pair| pair.off(&model);
         let mut lengths: Vec<f64> = pairs.iter().map(|pair| off(pair) / pair.sigma(&model)).collect();
         let mut differences: Vec<f64> = pairs.iter().map(off).collect();
         let within = lengths.iter().filter(|length| **length < 2.0).count() as f64 / lengths.len() as f64;
@@ -183,43 +193,4 @@ fn compare((untouched, others): &(Made, Vec<Made>), maps: &dyn Fn(&Made) -> [Gri
         assert!(pairs.len() as f64 > 0.9 * answered as f64, "{figures}");
         assert!(within > WITHIN_2_SIGMA, "{figures}");
     }
-}
-
-/// Disparity and sigma of one pixel in two maps, and its place.
-struct Pair {
-    one: [f64; 2],
-    other: [f64; 2],
-    place: [f64; 2],
-}
-
-impl Pair {
-    fn terms(&self) -> Vector4<f64> {
-        Vector4::new(self.one[0], 1.0, self.place[0], self.place[1])
-    }
-
-    fn sigma(&self, model: &Vector4<f64>) -> f64 {
-        self.other[1].hypot(model[0] * self.one[1])
-    }
-}
-
-/// How one map differs from the other by what no photograph tells: a turn of the camera and the focal length change the
-/// shape by scale, offset and inclination. Least squares with the weights of a Cauchy distribution.
-fn shape(pairs: &[Pair]) -> Vector4<f64> {
-    let sign = {
-        let mean = |value: fn(&Pair) -> f64| pairs.iter().map(value).sum::<f64>() / pairs.len() as f64;
-        (mean(|pair| pair.one[0]) * mean(|pair| pair.other[0])).signum()
-    };
-    let mut model = Vector4::new(sign, 0.0, 0.0, 0.0);
-    for _ in 0..50 {
-        let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
-        for pair in pairs {
-            let (terms, sigma) = (pair.terms(), pair.sigma(&model));
-            let error = (pair.other[0] - terms.dot(&model)) / sigma;
-            let weight = 1.0 / (sigma * sigma) / (1.0 + (error / 3.0).powi(2));
-            normal += weight * terms * terms.transpose();
-            right += weight * pair.other[0] * terms;
-        }
-        model = normal.cholesky().unwrap().solve(&right);
-    }
-    model
 }

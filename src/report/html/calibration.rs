@@ -176,6 +176,8 @@ fn camera_motion(motion: &CameraMotionRecord) -> Markup {
         (pair("rotations of single frames", turned))
         (pair("drift of rows over the path", format!("{} px, {corrected}", fixed(motion.drift_px, 2))))
         (pair("standard uncertainty of rows", sigma(motion.rows_sigma_px, "px")))
+        (pair("standard uncertainty of all disparities together", sigma(motion.disparity_sigma_px, "px")))
+        (pair("that bends a plane", sigma(motion.bend_sigma_px, "px")))
         (pair("points", html! {
             (motion.points) " followed, " (percent(motion.rejected)) " of their places rejected; residuals "
             (sigma(motion.residual_px, "px")) " rms"

@@ -104,6 +104,10 @@ pub struct TextureMotion {
     /// Median of the standard uncertainties of the positions along the path, in px of a typical point. Larger than that
     /// of tau where frames turn: a turn to the side moves all points like a step.
     pub position_sigma_px: f64,
+    /// Standard uncertainty that the motion brings to disparities, in px.
+    pub disparity_sigma_px: f64,
+    /// What is left of it beside an offset, a slope and a scale of the map: it bends a plane.
+    pub bend_sigma_px: f64,
     /// Inverse depth of a typical point, in 1 / length of the path.
     pub typical_rho: f64,
     /// Number of points that were followed and agree.
@@ -301,6 +305,7 @@ fn motion(
     let [first, last] = [position[0], position[position.len() - 1]];
     let tau: Vec<f64> = position.iter().map(|position| (position - first) / (last - first)).collect();
     let (tau_sigma, step_sigma) = uncertainty.of_tau(&tau);
+    let [disparity_sigma_px, bend_sigma_px] = uncertainty.of_disparities(&tau);
     let px = uncertainty.typical_px();
     let direction = fit.cameras.direction;
     let [angle_sigma_rad, pan_sigma_rad, pan_own_sigma_rad] = uncertainty.of_direction();
@@ -321,6 +326,8 @@ fn motion(
         focal_length_sigma: if fit.free.focal_length { uncertainty.of_focal_length() } else { 0.0 },
         rows_sigma_px: uncertainty.of_rows(),
         position_sigma_px: uncertainty.of_positions() * px,
+        disparity_sigma_px,
+        bend_sigma_px,
         typical_rho: uncertainty.typical_rho(),
         points: agreement.points,
         rejected: agreement.rejected,

@@ -141,6 +141,8 @@ mod tests {
             focal_length_sigma: 0.0,
             rows_sigma_px: 0.001,
             position_sigma_px: 0.001,
+            disparity_sigma_px: 0.001,
+            bend_sigma_px: 0.001,
             typical_rho: 1.0,
             points: 100,
             rejected: 0.0,

@@ -145,6 +145,36 @@ impl<'a> Uncertainty<'a> {
         self.sigma(&[(FOCAL_LENGTH, 1.0)])
     }
 
+    /// Standard uncertainties that the motion brings to disparities, in px, root mean squares over points: all of it, and what
+    /// is left beside an offset, a slope and a scale of the map, which bends it.
+    pub(super) fn of_disparities(&self, tau: &[f64]) -> [f64; 2] {
+        let along = self.along();
+        let views = self.fit.cameras.views();
+        let slopes = slopes(tau);
+        let some = self.fit.points.len().div_ceil(JUDGED).max(1);
+        let points: Vec<&Point> = self.fit.points.iter().step_by(some).collect();
+        let mut changes = DMatrix::<f64>::zeros(self.fit.inverse.nrows(), points.len());
+        for (column, point) in points.iter().enumerate() {
+            for ((frame, view), slope) in views.iter().enumerate().zip(&slopes) {
+                for (index, by) in by_unknowns(view, frame, point, self.fit.free) {
+                    changes[(index, column)] += slope * along.dot(&by);
+                }
+            }
+        }
+        let terms = |row: usize, column: usize| match column {
+            0 => 1.0,
+            1 | 2 => points[row].bearing[column - 1],
+            _ => points[row].rho / self.rho,
+        };
+        let basis = DMatrix::from_fn(points.len(), 4, terms).qr().q();
+        let bent = &changes - &changes * &basis * basis.transpose();
+        let count = points.len().max(1) as f64;
+        [&changes, &bent].map(|changes| {
+            let variance = |covariance: &DMatrix<f64>| changes.dot(&(covariance * changes)) / count;
+            self.covariances.iter().map(variance).fold(0.0, f64::max).sqrt()
+        })
+    }
+
     /// Standard uncertainty of the row of a point from frame to frame, in px: the root mean square over points and
     /// frames. What all frames have in common moves no row against another.
     pub(super) fn of_rows(&self) -> f64 {
@@ -170,6 +200,13 @@ impl<'a> Uncertainty<'a> {
         }
         f64::sqrt(sum / f64::max(number, 1.0))
     }
+}
+
+/// By how much a line is steeper, over the whole path, for each unit that it is off in each frame.
+fn slopes(tau: &[f64]) -> Vec<f64> {
+    let mean = tau.iter().sum::<f64>() / tau.len() as f64;
+    let spread: f64 = tau.iter().map(|tau| (tau - mean).powi(2)).sum();
+    tau.iter().map(|tau| (tau - mean) / spread).collect()
 }
 
 /// The gradients by the camera unknowns with the points eliminated, summed over the points of each cell, and over those of
