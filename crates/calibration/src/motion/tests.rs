@@ -208,10 +208,7 @@ fn frames_in_disorder_that_share_little_with_their_neighbours_are_not_foreign() 
     let places = [0, 1, 2, 9, 10, 11, 3, 4, 5, 6, 7, 8];
     let frames = moved(&fine(3), places.map(|place| (-30.0 * f64::from(place), 0.0)));
     let doubts = doubts(&frames);
-    assert!(
-        !doubts.is_empty() && !doubts.iter().any(|doubt| matches!(doubt, Doubt::Foreign(_))),
-        "{doubts:?}"
-    );
+    assert!(!doubts.iter().any(|doubt| matches!(doubt, Doubt::Foreign(_))), "{doubts:?}");
 }
 
 #[test]
