@@ -15,8 +15,10 @@ use epirig_core::statistics::{median, quantile};
 const TELLING: usize = 4 * FEWEST;
 /// A square agrees with a motion of the picture as a whole within this and a tenth of its own, in px.
 const AGREES_PX: f64 = 1.0;
-/// Each side has at least this share of the squares that move if they move to both; so have those that stand still, of all.
+/// Each side has at least this share of the squares that move if they move to both.
 const EACH_SIDE: f64 = 0.2;
+/// Share of the squares that stand still, and of those that move, if a part of the picture does either.
+const EACH_PART: f64 = 0.1;
 /// Of squares that move by anything up to some pixels, twice as many move by less than a clear motion as by less than any:
 /// where there are so few between, still ones are apart from those that move.
 const BETWEEN: f64 = 0.5;
@@ -93,7 +95,7 @@ fn stands(shifts: &[Shift]) -> Option<TextureMotionError> {
     };
     let (still, between) = (count(0.0..MOVES_PX), count(MOVES_PX..CLEAR_PX));
     let moving = 1.0 - still - between;
-    (still.min(moving) >= EACH_SIDE && between < BETWEEN * still)
+    (still.min(moving) >= EACH_PART && between < BETWEEN * still)
         .then_some(TextureMotionError::Stands { share: still })
 }
 

@@ -23,8 +23,11 @@ pub enum TextureMotionError {
         "there is too little texture to follow points from frame to frame: bring more light or contrast, or a pattern onto the object"
     )]
     NoTexture,
-    /// Points stay where they are.
-    #[error("nothing moves from frame to frame: take frames from places along a line")]
+    /// Points stay where they are, but for a small part of the picture at most.
+    #[error(
+        "nothing moves from frame to frame, or too small a part of the picture: take frames from places along a line, crop them to what \
+         moves, and look for a pattern that stands still before it, as of a dirty window"
+    )]
     Still,
     /// The picture grows or shrinks about a place in it.
     #[error(

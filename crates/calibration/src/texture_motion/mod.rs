@@ -250,7 +250,11 @@ pub fn texture_motion(
         if factor == least {
             return Err(match (cause(frames, first), failed) {
                 // Points were followed, so they move a little.
-                (Some(TextureMotionError::Still), Some(failed)) => failed,
+                (Some(TextureMotionError::Still), Some(failed))
+                    if failed.clone().of_other_motion(1.0).is_none() =>
+                {
+                    failed
+                }
                 (Some(cause), _) => cause,
                 (None, failed) => failed.unwrap_or(TextureMotionError::NothingFollowed),
             });
