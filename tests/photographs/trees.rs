@@ -23,9 +23,11 @@ const REFERENCE: usize = 60;
 const CUT: (usize, usize) = (400, 480);
 
 /// Of Gaussian errors 0.954 are within two standard uncertainties. Halves of these photographs reach 0.85, as leaves move
-/// and hide each other; so do a turn of 90 degrees, and two thirds of them. A turn of 1 degree reaches 0.80 and one of 7
-/// degrees 0.72: those photographs are resampled, and smaller.
-const WITHIN_2_SIGMA: f64 = 0.7;
+/// and hide each other; so do a turn of 90 degrees, and two thirds of them. A turn of 1 degree, which resamples the
+/// photographs, reaches 0.80.
+const WITHIN_2_SIGMA: f64 = 0.75;
+/// A turn of 7 degrees reaches 0.72, which is too little: its sigma is too small for what the resampling changes.
+const SHORT_WITHIN_2_SIGMA: f64 = 0.7;
 
 /// A set of photographs made of the untouched ones.
 struct Made {
@@ -191,6 +193,7 @@ fn compare((untouched, others): &(Made, Vec<Made>), maps: &dyn Fn(&Made) -> [Gri
         );
         println!("{figures}");
         assert!(pairs.len() as f64 > 0.9 * answered as f64, "{figures}");
-        assert!(within > WITHIN_2_SIGMA, "{figures}");
+        let least = if made.degrees == 7.0 { SHORT_WITHIN_2_SIGMA } else { WITHIN_2_SIGMA };
+        assert!(within > least, "{figures}");
     }
 }
