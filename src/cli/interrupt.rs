@@ -83,6 +83,23 @@ fn heed_signals() -> Result<(), std::io::Error> {
     Ok(())
 }
 
+/// What Ctrl-C does to a verb that another program has called: a scan ends after the frame in hand, so that it
+/// can be resumed; the next time its stage slows down, and then stops at once. Work without a stage is cancelled
+/// by its caller.
+pub fn interrupt() {
+    if let Some(act) = &*TO_CALL.lock().unwrap_or_else(PoisonError::into_inner) {
+        return act();
+    }
+    let pause = TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    if let Some(pause) = pause.filter(|pause| !pause.pressed()) {
+        return pause.press();
+    }
+    if let Some(switch) = to_stop().clone() {
+        let urgency = if switch.pressed().is_none() { Urgency::Soon } else { Urgency::AtOnce };
+        switch.press(urgency);
+    }
+}
+
 fn interrupted() {
     if let Some(act) = &*TO_CALL.lock().unwrap_or_else(PoisonError::into_inner) {
         return act();

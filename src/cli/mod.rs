@@ -12,6 +12,7 @@ mod decode;
 mod demo;
 mod devices;
 mod doctor;
+pub mod embedded;
 mod error;
 mod evaluate;
 mod export;
@@ -54,6 +55,7 @@ mod ui;
 mod verify;
 mod view;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -186,10 +188,25 @@ impl Verb {
 
 /// Runs the program with the process's arguments. Call it while there is one thread.
 pub fn main() -> ExitCode {
-    let program = help::arranged(Cli::command(), Extent::asked_for(std::env::args_os()));
-    let parsed =
-        program.clone().try_get_matches().and_then(|mut found| Cli::from_arg_matches_mut(&mut found));
-    let cli = parsed.unwrap_or_else(|error| numbers::in_words(error, &program).exit());
+    ExitCode::from(run(std::env::args_os()))
+}
+
+/// Runs the program with these arguments, of which the first is its name; returns the exit code. Call it while there
+/// is one thread.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let program = help::arranged(Cli::command(), Extent::asked_for(arguments.iter().cloned()));
+    let parsed = program.clone().try_get_matches_from(arguments);
+    let parsed = parsed.and_then(|mut found| Cli::from_arg_matches_mut(&mut found));
+    let cli = match parsed {
+        Ok(cli) => cli,
+        Err(error) => {
+            let error = numbers::in_words(error, &program);
+            // Where nothing can be printed, the exit code still tells.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(2);
+        }
+    };
     // Without it everything works as long as addresses last.
     share_arena();
     let talk = Talk::new(cli.json, cli.quiet);
@@ -199,11 +216,11 @@ pub fn main() -> ExitCode {
     }
     let ready = listening.and_then(|()| start_threads(&talk));
     match ready.and_then(|()| cli.verb.run_logged(&talk)) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             talk.clear();
             tell_failure(&error);
-            ExitCode::from(code(error.blame).0)
+            code(error.blame).0
         }
     }
 }

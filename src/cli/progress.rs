@@ -10,8 +10,10 @@ use std::time::{Duration, Instant};
 use anstream::stream::RawStream;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
+use serde_json::Value;
 use terminal_size::terminal_size_of;
 
+use super::embedded::Caller;
 use super::failure::Failure;
 use super::lines::wrapped;
 use super::{CliError, colours};
@@ -108,6 +110,14 @@ pub(super) struct Talk {
     /// Time of the latest progress line, for output that is not a terminal.
     told: Mutex<Instant>,
     pace: Mutex<Arc<Pace>>,
+    /// Who hears all of it in place of stderr and stdout.
+    caller: Option<Heard>,
+}
+
+/// What a caller hears, and the result for it.
+struct Heard {
+    caller: Caller,
+    result: Mutex<Option<Value>>,
 }
 
 /// Interval between progress lines if the output is not a terminal.
@@ -116,12 +126,25 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 impl Talk {
     pub(super) fn new(json: bool, quiet: bool) -> Self {
         JSON.store(json, Ordering::SeqCst);
-        Self { quiet, told: Mutex::new(Instant::now()), pace: Mutex::default() }
+        Self { quiet, told: Mutex::new(Instant::now()), pace: Mutex::default(), caller: None }
+    }
+
+    /// Output to a program that calls the verb; nothing is printed.
+    pub(super) fn to_caller(caller: Caller) -> Self {
+        let heard = Heard { caller, result: Mutex::default() };
+        Self { quiet: false, told: Mutex::new(Instant::now()), pace: Mutex::default(), caller: Some(heard) }
+    }
+
+    /// The result that the verb had for its caller.
+    pub(super) fn into_result(self) -> Option<Value> {
+        self.caller?.result.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Prints a message, unless `--quiet` is given.
     pub(super) fn say(&self, line: &str) {
-        if !self.quiet {
+        if let Some(heard) = &self.caller {
+            heard.caller.note(line);
+        } else if !self.quiet {
             tell(line);
         }
     }
@@ -132,6 +155,11 @@ impl Talk {
         data: &impl Serialize,
         text: impl FnOnce() -> String,
     ) -> Result<(), CliError> {
+        if let Some(heard) = &self.caller {
+            let data = serde_json::to_value(data).map_err(CliError::output)?;
+            heard.result.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(data);
+            return Ok(());
+        }
         if !JSON.load(Ordering::SeqCst) {
             return self.print(&fitted(&text(), &std::io::stdout()));
         }
@@ -145,7 +173,7 @@ impl Talk {
 
     /// A part of the result as text, unless JSON is wanted.
     pub(super) fn text(&self, text: impl FnOnce() -> String) -> Result<(), CliError> {
-        match JSON.load(Ordering::SeqCst) {
+        match JSON.load(Ordering::SeqCst) || self.caller.is_some() {
             true => Ok(()),
             false => self.print(&harmless(&text())),
         }
@@ -153,6 +181,9 @@ impl Talk {
 
     /// Text to stdout as it is.
     pub(super) fn print(&self, text: &str) -> Result<(), CliError> {
+        if self.caller.is_some() {
+            return self.result(&text, String::new);
+        }
         match print(text) {
             // A closed pipe, such as that of `head`, is not an error.
             Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -179,6 +210,9 @@ impl Talk {
 
 impl Progress for Talk {
     fn begin(&self, what: &str, total: u64) {
+        if let Some(heard) = &self.caller {
+            return heard.caller.begin(what, total);
+        }
         let new = ProgressBar::new(total);
         let silent = self.quiet || !std::io::stderr().is_terminal();
         new.set_draw_target(if silent { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
@@ -209,6 +243,9 @@ impl Progress for Talk {
     }
 
     fn advance(&self, count: u64) {
+        if let Some(heard) = &self.caller {
+            return heard.caller.advance(count);
+        }
         let Some(bar) = bar().clone() else { return };
         bar.inc(count);
         let pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -228,7 +265,14 @@ impl Progress for Talk {
     }
 
     fn end(&self) {
-        self.clear();
+        match &self.caller {
+            Some(heard) => heard.caller.end(),
+            None => self.clear(),
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.caller.as_ref().is_some_and(|heard| heard.caller.cancelled())
     }
 }
 

@@ -102,6 +102,21 @@ impl<T> Grid<T> {
         &self.values
     }
 
+    /// All values, row by row.
+    pub fn into_values(self) -> Vec<T> {
+        self.values
+    }
+
+    /// The values as an array of rows x columns.
+    ///
+    /// # Panics
+    /// Never: a grid has as many values as pixels.
+    #[cfg(feature = "ndarray")]
+    pub fn into_ndarray(self) -> ndarray::Array2<T> {
+        let size = (self.rows, self.columns);
+        ndarray::Array2::from_shape_vec(size, self.values).expect("a grid has as many values as pixels")
+    }
+
     /// All values, row by row, to be changed in place.
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values

@@ -30,6 +30,16 @@ pub enum VolumeError {
         /// Those of the volume.
         expected: FrameFormat,
     },
+    /// Samples that are not those of so many frames.
+    #[error("{samples} samples are not {frames} frames of {format}")]
+    Samples {
+        /// Samples given.
+        samples: usize,
+        /// Frames of the volume.
+        frames: usize,
+        /// Their size and bit depth.
+        format: FrameFormat,
+    },
     /// There is no such frame in the volume.
     #[error("frame {index} lies outside the volume of {frames} frames")]
     NoSuchFrame {
@@ -92,6 +102,28 @@ impl Volume {
     /// corrections brighten and splines overshoot.
     pub fn fine(rows: usize, columns: usize, bit_depth: u8, tau: Tau) -> Self {
         Self::of_zeros(rows, columns, bit_depth, tau, true)
+    }
+
+    /// A volume over samples in its own order, rows x frames x columns, of frames of (rows, columns) and
+    /// `bit_depth` bits.
+    ///
+    /// # Errors
+    /// [`VolumeError::Samples`] if their number or width is another.
+    pub fn from_samples(
+        (rows, columns): (usize, usize),
+        bit_depth: u8,
+        tau: Tau,
+        samples: Samples,
+    ) -> Result<Self, VolumeError> {
+        let count = rows.checked_mul(columns).and_then(|pixels| pixels.checked_mul(tau.frames()));
+        let narrow = matches!(samples, Samples::U8(_));
+        let width = FrameFormat { rows, columns, bit_depth };
+        if count != Some(samples.len()) || narrow != (bit_depth <= 8) {
+            return Err(VolumeError::Samples { samples: samples.len(), frames: tau.frames(), format: width });
+        }
+        let empty = Self::of_zeros(0, 0, bit_depth, tau, false);
+        let samples = Arc::new(samples);
+        Ok(Self { rows, columns, stored_columns: columns, samples, ..empty })
     }
 
     fn of_zeros(rows: usize, columns: usize, bit_depth: u8, tau: Tau, fine: bool) -> Self {

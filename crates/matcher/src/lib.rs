@@ -16,6 +16,7 @@ mod profile;
 mod quick;
 mod range;
 mod search;
+mod stack;
 mod validity;
 
 pub use candidates::{Candidates, DisparityRange};
@@ -31,4 +32,14 @@ pub use options::{
     OrderingConstraint, ReferenceFrame, Search,
 };
 pub use profile::line_profile;
+#[cfg(feature = "ndarray")]
+pub use stack::Sample;
+pub use stack::{FloatLevels, Stack, StackError, disparity, disparity_with};
 pub use validity::Validity;
+
+// What the functions here take and give.
+pub use epirig_core::frame::{Frame, Samples};
+pub use epirig_core::grid::Grid;
+pub use epirig_core::progress::{Cancel, Progress, Silent};
+pub use epirig_core::tau::{Tau, TauError};
+pub use epirig_core::volume::Volume;

@@ -113,7 +113,8 @@ impl Matcher {
     /// The result does not depend on the number of threads.
     ///
     /// # Errors
-    /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
+    /// [`MatchError`] if the options do not suit the volume, no range was given and none is to be found, or
+    /// `progress` has cancelled the match.
     pub fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, MatchError> {
         let lines = self.lines(self.options.reference_index(&self.volume)?);
         let maps = matched(&self.volume, lines, self.area.as_ref(), &self.options, progress)?;
@@ -128,7 +129,14 @@ impl Matcher {
     /// Discs that grow with the noise see a step edge from as far as they reach, which differs from
     /// pixel to pixel. These see it from 2 px, so a mean over many pixels farther away is right,
     /// although each pixel has more noise.
-    pub fn in_equal_discs(&self, maps: &DisparityMaps, progress: &dyn Progress) -> EqualDiscs {
+    ///
+    /// # Errors
+    /// [`MatchError::Cancelled`] if `progress` has cancelled it.
+    pub fn in_equal_discs(
+        &self,
+        maps: &DisparityMaps,
+        progress: &dyn Progress,
+    ) -> Result<EqualDiscs, MatchError> {
         let Self { volume, options, area, .. } = self;
         let lines = self.lines(maps.reference);
         let rows = area.as_ref().map_or(0..volume.rows(), |area| area.rows.clone());
@@ -141,14 +149,14 @@ impl Matcher {
             deviation_share: None,
         };
         progress.begin("refining in equal discs", volume.rows() as u64);
-        let found = fit(volume, &lines, answers, equal, || progress.advance(1));
+        let found = fit(volume, &lines, answers, equal, progress)?;
         progress.end();
         let FitResult { disparity, sigma, locking_px: locking, .. } = found;
         let found = EqualDiscs { disparity, sigma, locking };
-        match area {
+        Ok(match area {
             Some(area) => found.map(|map| area.spread(map, f32::NAN)),
             None => found,
-        }
+        })
     }
 
     /// Costs of all candidates of row `y` as they were when `maps` were found, for pictures of the search:
@@ -246,6 +254,7 @@ fn matched(
         (Some(halved), None) => MatchOptions { range: halved.range(progress), ..options.clone() },
         _ => options.clone(),
     };
+    progress.unless_cancelled()?;
     let (range, ordering) = range_and_ordering(searched_in, &lines, options, progress)?;
     // Narrow objects that occlude others are not seen at half the resolution.
     let halved = halved.filter(|_| quick || ordering == OrderingUsed::On);
@@ -266,15 +275,16 @@ fn matched(
     );
     let pass = debug_span!("search").entered();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
-    let task = Task { volume: searched_in, lines: &lines, range, ordering, rule, options };
+    let task = Task { volume: searched_in, lines: &lines, range, ordering, rule, options, progress };
     let SearchResult { mut guess, cost, confidence, validity: searched, deviation_share } = {
         let searched = match &halved {
-            None => search(task, progress),
-            Some(halved) => halved.searched(task, progress),
+            None => search(task),
+            Some(halved) => halved.searched(task),
         };
         progress.end();
         searched?
     };
+    progress.unless_cancelled()?;
 
     if halved.is_none() && ordering == OrderingUsed::On {
         // A free search has windows that lie to one side of a pixel.
@@ -297,7 +307,7 @@ fn matched(
     let fit_options = Fit { sizes: Sizes::of(options), steps, rule, deviation_share };
     let pass = debug_span!("fit").entered();
     progress.begin("refining", (rows * steps.max(1)) as u64);
-    let found = fit(volume, &lines, guess, fit_options, || progress.advance(1));
+    let found = fit(volume, &lines, guess, fit_options, progress)?;
     let FitResult { disparity, sigma, outliers, locking_px, locking, light } = found;
     progress.end();
     debug!(steps, pixel_locking = locking_px.is_some(), "fitted");
@@ -348,8 +358,9 @@ fn range_and_ordering(
     let surveyed = if options.range.is_none() || options.ordering_constraint == OrderingConstraint::Automatic
     {
         progress.begin("looking at a few rows", 1);
-        let found = survey(volume, lines, options);
+        let found = survey(volume, lines, options, progress);
         progress.end();
+        progress.unless_cancelled()?;
         found
     } else {
         None

@@ -5,7 +5,9 @@ use thiserror::Error;
 
 use super::candidates::{Candidates, DisparityRange};
 use super::cost::interpolation::Interpolation;
+use super::stack::StackError;
 use epirig_core::fault::{Blame, Fault};
+use epirig_core::progress::Cancelled;
 use epirig_core::volume::Volume;
 
 epirig_core::choices! {
@@ -303,13 +305,26 @@ pub enum MatchError {
          look at the frames, or give the range"
     )]
     NoRange,
+    /// The frames make no stack.
+    #[error(transparent)]
+    Stack(#[from] StackError),
+    /// The caller has cancelled the match.
+    #[error("the match was interrupted")]
+    Cancelled,
+}
+
+impl From<Cancelled> for MatchError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
 }
 
 impl Fault for MatchError {
     fn blame(&self) -> Blame {
         match self {
             Self::NoRange => Blame::NoAnswer,
-            Self::TooSmall { .. } => Blame::Data,
+            Self::Cancelled => Blame::Interruption,
+            Self::TooSmall { .. } | Self::Stack(_) => Blame::Data,
             Self::EmptyRange { .. }
             | Self::RangeTooWide { .. }
             | Self::NoSuchReference { .. }

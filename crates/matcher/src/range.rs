@@ -16,6 +16,7 @@ use super::lines::{EpiLines, SeenRule};
 use super::options::{MatchOptions, Occlusion, OrderingConstraint, Search};
 use super::search::survey::RowSurvey;
 use super::search::winner::{confidences, winners};
+use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -56,7 +57,12 @@ pub(crate) struct Survey {
 /// Surveys a few rows of `volume`; `None` if no disparity is significant.
 ///
 /// A range given in `options` is kept, and only the order is surveyed.
-pub(crate) fn survey(volume: &Volume, lines: &EpiLines, options: &MatchOptions) -> Option<Survey> {
+pub(crate) fn survey(
+    volume: &Volume,
+    lines: &EpiLines,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Option<Survey> {
     // One pixel of shift at the end of the baseline that is farther from the reference.
     let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
     // Beyond 1.25 image widths few points stay in view; 15000 px keep the candidates' indices in 16 bit.
@@ -71,8 +77,8 @@ pub(crate) fn survey(volume: &Volume, lines: &EpiLines, options: &MatchOptions) 
         (stated, _) => stated,
     };
     let mut surveyed = match options.search_used() {
-        Search::Factorised => factorised(volume, lines, candidates, occlusion, options),
-        Search::Exhaustive => exhaustive(volume, lines, candidates, occlusion, options)?,
+        Search::Factorised => factorised((volume, lines), candidates, occlusion, options, progress),
+        Search::Exhaustive => exhaustive((volume, lines), candidates, occlusion, options, progress)?,
     };
     if candidates.count() <= 3 {
         // A search over this few candidates has no rivals, so confidence means nothing.
@@ -105,25 +111,26 @@ type Surveyed = Option<(f64, f32)>;
 /// The survey in all frames: if some were left out, equidistant ones would show a repetitive texture at wrong
 /// disparities.
 fn factorised(
-    volume: &Volume,
-    lines: &EpiLines,
+    (volume, lines): (&Volume, &EpiLines),
     candidates: Candidates,
     occlusion: Occlusion,
     options: &MatchOptions,
+    progress: &dyn Progress,
 ) -> Vec<Vec<Surveyed>> {
     let rule = SeenRule::new(volume.frames(), options.min_visible, occlusion);
     let half_columns = (options.window_px / 2).max(HALF_WINDOW_COLUMNS);
     let survey = RowSurvey::new(volume, lines, candidates, rule, half_columns);
-    sampled_rows(volume.rows(), 3).into_par_iter().map(|y| survey.of_row(y)).collect()
+    let of_row = |y| if progress.cancelled() { Vec::new() } else { survey.of_row(y) };
+    sampled_rows(volume.rows(), 3).into_par_iter().map(of_row).collect()
 }
 
 /// The survey by any method, in some frames; `None` if the sampled frames make no sequence.
 fn exhaustive(
-    volume: &Volume,
-    lines: &EpiLines,
+    (volume, lines): (&Volume, &EpiLines),
     candidates: Candidates,
     occlusion: Occlusion,
     options: &MatchOptions,
+    progress: &dyn Progress,
 ) -> Option<Vec<Vec<Surveyed>>> {
     let frames = sampled_frames(volume.frames(), lines.reference());
     let thinned = thin(volume, &frames, options.window_px.max(5))?;
@@ -131,8 +138,10 @@ fn exhaustive(
     let survey_lines = EpiLines::new(thinned.volume.tau(), reference, volume.columns());
     let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
     let rule = SeenRule::new(frames.len(), options.min_visible, occlusion);
-    let surveyed =
-        |&y: &usize| survey_row(&thinned.volume, y, &survey_lines, &candidates, rule, &survey_options);
+    let surveyed = |&y: &usize| match progress.cancelled() {
+        true => Vec::new(),
+        false => survey_row(&thinned.volume, y, &survey_lines, &candidates, rule, &survey_options),
+    };
     Some(thinned.centres.par_iter().map(surveyed).collect())
 }
 

@@ -65,7 +65,7 @@ pub fn match_halves(
     let maps = |parity| -> Result<HalfMaps, SplitHalfError> {
         let Task { matcher, span, .. } = Task::new(volume, reference, parity, options)?;
         let maps = matcher.matched(progress)?;
-        let in_equal_discs = matcher.in_equal_discs(&maps, progress);
+        let in_equal_discs = matcher.in_equal_discs(&maps, progress)?;
         let found = HalfMaps { best: [maps.disparity, maps.sigma], in_equal_discs };
         Ok(found.map(|map| map.map(|px| (f64::from(px) / span) as f32)))
     };
@@ -196,8 +196,8 @@ mod tests {
         let whole = Matcher::new(volume, options).unwrap();
         let part = whole.clone().within(&inside).unwrap();
         let maps = part.matched(&Silent).unwrap();
-        let found = part.in_equal_discs(&maps, &Silent).disparity;
-        let EqualDiscs { disparity: expected, sigma, .. } = whole.in_equal_discs(&maps, &Silent);
+        let found = part.in_equal_discs(&maps, &Silent).unwrap().disparity;
+        let EqualDiscs { disparity: expected, sigma, .. } = whole.in_equal_discs(&maps, &Silent).unwrap();
         let answered = (0..160).filter(|&x| !maps.disparity.at(x, 65).is_nan()).count();
         assert!(answered > 140, "{answered}");
         for y in 60..70 {

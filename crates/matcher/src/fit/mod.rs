@@ -44,6 +44,7 @@ use super::locking::LockingAmplitudes;
 use super::validity::outlier_test::TestedRow;
 use super::validity::visibility::visible_intervals;
 use epirig_core::grid::Grid;
+use epirig_core::progress::{Cancelled, Progress};
 use epirig_core::volume::Volume;
 use light::Drift;
 use local_surface::{Fused, fused};
@@ -90,46 +91,44 @@ pub(crate) struct FitResult {
     pub(crate) light: Option<LightChange>,
 }
 
-/// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `report` is
-/// called once for each row.
+/// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `progress`
+/// counts each row.
 pub(crate) fn gauss_newton_step(
     volume: &Volume,
     lines: &EpiLines,
     guess: Grid<f32>,
     rule: SeenRule,
-    report: impl Fn() + Sync,
-) -> Grid<f32> {
+    progress: &dyn Progress,
+) -> Result<Grid<f32>, Cancelled> {
     let mut current = guess;
-    Steps::rough(volume, lines, &current, rule).take(&mut current, report);
-    current
+    Steps::rough(volume, lines, &current, rule, progress).take(&mut current)?;
+    Ok(current)
 }
 
-/// Fits every pixel whose guess is a number; the others stay NaN. `report` is called once for each row and
-/// step.
+/// Fits every pixel whose guess is a number; the others stay NaN. `progress` counts each row and step.
 pub(crate) fn fit(
     volume: &Volume,
     lines: &EpiLines,
     guess: Grid<f32>,
     options: Fit,
-    report: impl Fn() + Sync,
-) -> FitResult {
+    progress: &dyn Progress,
+) -> Result<FitResult, Cancelled> {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let mut steps = Steps::new(volume, lines, &guess, options.rule, options.sizes);
+    let mut steps = Steps::new(volume, lines, &guess, options, progress);
     let mut current = guess;
     for _ in 1..options.steps {
-        steps.take(&mut current, &report);
+        steps.take(&mut current)?;
     }
     steps.find_gains(&current);
     let turns = Turns::new();
     let minimum_frames = options.rule.minimum_frames;
     let (Observations { maps, template, residual }, sums) = steps.observations(&current, 1, |row| {
-        report();
         let columns = &lines.shown(row.y);
         let of_lines =
             RowLines { lines, disparities: row.guesses, columns, visible: row.visible, minimum_frames };
         let sampled = options.steps > 0 && is_sampled(row.y, rows);
         sampled.then(|| of_lines.sums(&steps.spline, &turns, row.epi))
-    });
+    })?;
     let sums: Vec<RowSums> = sums.into_iter().flatten().collect();
     let outliers = options.deviation_share.map(|share| {
         let mut outliers = Grid::filled(rows, columns, false);
@@ -146,8 +145,15 @@ pub(crate) fn fit(
     drop(residual);
     let guess = Guess { map: &current, origin: steps.origin };
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
-    let Fused { disparity: found, variance, texture, light } =
-        fused(steps.level, maps, template, guess, options.steps > 0, options.sizes, least_texture);
+    let Fused { disparity: found, variance, texture, light } = fused(
+        (steps.level, progress),
+        maps,
+        template,
+        guess,
+        options.steps > 0,
+        options.sizes,
+        least_texture,
+    )?;
     let amplitudes = Amplitudes::of(&sums);
     let significant = amplitudes.as_ref().filter(|amplitudes| amplitudes.are_significant());
     let locking_px = significant.map(|amplitudes| {
@@ -189,7 +195,7 @@ pub(crate) fn fit(
         effect_px,
         significance,
     });
-    FitResult { disparity, sigma, outliers, locking_px, locking, light }
+    Ok(FitResult { disparity, sigma, outliers, locking_px, locking, light })
 }
 
 /// The weight that noise of variance 1 alone makes on average, for points seen in all frames.

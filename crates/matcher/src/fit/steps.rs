@@ -4,6 +4,7 @@
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use super::Fit;
 use super::gains::corrections;
 use super::local_surface::{Sizes, rough_surface};
 use super::mixed_pixels::RowSamples;
@@ -17,6 +18,7 @@ use crate::lines::{EpiLines, SeenRule};
 use crate::options::Occlusion;
 use crate::validity::visibility::visible_intervals;
 use epirig_core::grid::Grid;
+use epirig_core::progress::{Cancelled, Progress};
 use epirig_core::volume::Volume;
 
 /// Quantisation alone leaves a noise of this variance, in DN^2 (uniform over one DN).
@@ -42,6 +44,8 @@ pub(super) struct Steps<'a> {
     /// A disparity in the middle of all, so that sums of differences from it are exact enough in single
     /// precision.
     pub(super) origin: f32,
+    /// Counts each row of each step.
+    progress: &'a dyn Progress,
 }
 
 /// A row whose pixels have observed.
@@ -61,10 +65,10 @@ impl<'a> Steps<'a> {
         volume: &'a Volume,
         lines: &'a EpiLines,
         guess: &Grid<f32>,
-        rule: SeenRule,
-        sizes: Sizes,
+        Fit { rule, sizes, .. }: Fit,
+        progress: &'a dyn Progress,
     ) -> Self {
-        Self { sizes, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule) }
+        Self { sizes, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule, progress) }
     }
 
     /// Finds the gains of frames on the lines of `current`, for the observations from now on. EpiLines
@@ -75,7 +79,13 @@ impl<'a> Steps<'a> {
     }
 
     /// Steps from `guess` before the last one.
-    pub(super) fn rough(volume: &'a Volume, lines: &'a EpiLines, guess: &Grid<f32>, rule: SeenRule) -> Self {
+    pub(super) fn rough(
+        volume: &'a Volume,
+        lines: &'a EpiLines,
+        guess: &Grid<f32>,
+        rule: SeenRule,
+        progress: &'a dyn Progress,
+    ) -> Self {
         let (low, high) = extremes(guess);
         Self {
             volume,
@@ -87,6 +97,7 @@ impl<'a> Steps<'a> {
             gains: None,
             series_reach_px: ROUGH_SERIES_REACH_PX,
             origin: 0.5 * (low + high),
+            progress,
         }
     }
 
@@ -111,12 +122,16 @@ impl<'a> Steps<'a> {
         current: &Grid<f32>,
         every: usize,
         look: impl Fn(ObservedRow<'_>) -> T + Sync,
-    ) -> (Observations, Vec<T>) {
+    ) -> Result<(Observations, Vec<T>), Cancelled> {
         let (rows, columns) = (current.rows(), current.columns());
         let mut raw = RawObservations::empty(rows, columns);
         let looked = raw.par_rows().enumerate().map_init(
             || (SplineEpi::default(), vec![UNOBSERVED; columns]),
             |(epi, observations), (y, out)| {
+                if self.progress.cancelled() {
+                    return None;
+                }
+                self.progress.advance(1);
                 let reference = self.lines.reference();
                 let frames = (0..self.volume.frames()).filter(|t| t.abs_diff(reference) % every == 0);
                 epi.take(&self.spline, self.volume, self.gains.as_deref(), y, frames);
@@ -141,13 +156,14 @@ impl<'a> Steps<'a> {
                     observations,
                 );
                 out.put(observations, self.origin);
-                look(ObservedRow { y, guesses, epi, observations, visible: visible.as_deref() })
+                Some(look(ObservedRow { y, guesses, epi, observations, visible: visible.as_deref() }))
             },
         );
-        let looked = looked.collect();
+        let looked = looked.flatten().collect();
+        self.progress.unless_cancelled()?;
         let freedom = (self.volume.frames() / every).saturating_sub(2).max(1) as f32;
         let least = QUANTISATION_VARIANCE as f32;
-        (raw.estimate_noise(NOISE_REACH, self.noise_gain(), least, freedom), looked)
+        Ok((raw.estimate_noise(NOISE_REACH, self.noise_gain(), least, freedom), looked))
     }
 
     /// Variance of the residuals along the lines over that of the noise at the frequencies of the texture.
@@ -156,12 +172,13 @@ impl<'a> Steps<'a> {
         (if self.volume.is_fine() { RESAMPLED_NOISE_GAIN } else { VALUE_NOISE_GAIN }) as f32
     }
 
-    /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each
-    /// row.
-    pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) {
+    /// Takes a step from `current` by some of the frames; NaN stays NaN.
+    ///
+    /// # Errors
+    /// [`Cancelled`], and `current` is then what it was.
+    pub(super) fn take(&self, current: &mut Grid<f32>) -> Result<(), Cancelled> {
         let every = (self.volume.frames() / COARSE_FRAMES).max(1);
         let look = |row: ObservedRow<'_>| {
-            report();
             // Columns to the surface that a pixel belongs to; 0 if that is its own.
             row.visible.map(|_| {
                 let mut misplaced = vec![0; row.observations.len()];
@@ -176,9 +193,9 @@ impl<'a> Steps<'a> {
                 misplaced
             })
         };
-        let (Observations { mut maps, template, .. }, misplaced) = self.observations(current, every, look);
+        let (Observations { mut maps, template, .. }, misplaced) = self.observations(current, every, look)?;
         let guess = Guess { map: current, origin: self.origin };
-        let disparity = rough_surface(self.level, &mut maps, &template, guess, self.sizes);
+        let disparity = rough_surface((self.level, self.progress), &mut maps, &template, guess, self.sizes)?;
         let columns = current.columns();
         for (y, misplaced) in misplaced.into_iter().enumerate() {
             let found = &disparity.row(y)[PAD..PAD + columns];
@@ -192,6 +209,7 @@ impl<'a> Steps<'a> {
                 current.row_mut(y)[x] = stepped[x.wrapping_add_signed(isize::from(away))];
             }
         }
+        Ok(())
     }
 }
 

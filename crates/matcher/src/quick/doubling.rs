@@ -17,7 +17,11 @@ pub(super) fn refined(task: Task<'_>, coarse: &SearchResult, reach: usize) -> Se
     let mut guess = Grid::filled(rows, columns, f32::NAN);
     let around = Around::new(&coarse.guess, 2.0, reach);
     let guesses = guess.values_mut().par_chunks_mut(columns).enumerate();
-    guesses.for_each(|(y, guess)| refine_row(task, &coarse.guess, &around, y, guess));
+    guesses.for_each(|(y, guess)| {
+        if !task.progress.cancelled() {
+            refine_row(task, &coarse.guess, &around, y, guess);
+        }
+    });
     SearchResult {
         guess,
         cost: doubled(&coarse.cost, rows, columns),

@@ -19,7 +19,7 @@ use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::range::survey;
 use super::search::{SearchResult, Task, search};
 use doubling::refined;
-use epirig_core::progress::Progress;
+use epirig_core::progress::{Progress, Uncounted};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -116,28 +116,23 @@ impl Halved {
     /// The range of disparities in px of the whole frames; `None` if none is significant.
     pub(super) fn range(&self, progress: &dyn Progress) -> Option<DisparityRange> {
         progress.begin("looking for the range", 1);
-        let found = survey(&self.volume, &self.lines, &self.options);
+        let found = survey(&self.volume, &self.lines, &self.options, progress);
         progress.end();
         Some(found?.range.scaled(2.0))
     }
 
-    /// The result of `task`, searched in these frames and refined in its own. `progress` counts each row of
-    /// these.
+    /// The result of `task`, searched in these frames and refined in its own. The task's progress counts
+    /// each row of these.
     ///
     /// # Errors
     /// As [`search`].
-    pub(super) fn searched(
-        &self,
-        task: Task<'_>,
-        progress: &dyn Progress,
-    ) -> Result<SearchResult, MatchError> {
+    pub(super) fn searched(&self, task: Task<'_>) -> Result<SearchResult, MatchError> {
         let Self { volume, lines, options } = self;
         let rule = SeenRule::new(volume.frames(), options.min_visible, task.rule.occlusion);
-        let mut found =
-            search(Task { volume, lines, range: task.range.scaled(0.5), rule, options, ..task }, progress)?;
+        let mut found = search(Task { volume, lines, range: task.range.scaled(0.5), rule, options, ..task })?;
         lines.forget_unshown(&mut found.guess);
         if options.fit {
-            found.guess = gauss_newton_step(volume, lines, found.guess, rule, || ());
+            found.guess = gauss_newton_step(volume, lines, found.guess, rule, &Uncounted(task.progress))?;
         }
         Ok(refined(task, &found, options.window_px / 2))
     }

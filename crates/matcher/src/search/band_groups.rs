@@ -9,7 +9,7 @@ use super::task::Task;
 use crate::aggregation::rows::{BAND_ROWS, bands};
 use crate::aggregation::semi_global::{Bands, Penalties, RowBand};
 use crate::options::MatchError;
-use epirig_core::progress::Progress;
+use epirig_core::progress::Cancelled;
 
 /// Penalties of aggregation across rows, where right candidates cost `typical`.
 pub(super) fn penalties(Task { volume, options, .. }: Task<'_>, typical: f32) -> Penalties {
@@ -35,16 +35,18 @@ pub(super) fn groups_of_bands(task: Task<'_>, candidates: usize) -> Result<Group
     }
 }
 
-/// Answers of all rows, found by `answers` with room for the counts of a band. `progress` counts each row.
+/// Answers of all rows, found by `answers` with room for the counts of a band. The task's progress counts each row.
 ///
 /// A band's answers go into the maps at once: held until the end, those of all bands would keep as much memory
 /// again from the fit.
+///
+/// # Errors
+/// [`Cancelled`], without a search of the bands that were not begun.
 pub(super) fn searched_groups(
-    Task { volume, .. }: Task<'_>,
+    Task { volume, progress, .. }: Task<'_>,
     Groups { groups, band_counts }: Groups,
-    progress: &dyn Progress,
     answers: impl Fn(RowBand, &mut [u16]) -> Vec<RowResult> + Sync,
-) -> SearchResult {
+) -> Result<SearchResult, Cancelled> {
     let found = Mutex::new(SearchResult::unknown(volume.rows(), volume.columns()));
     // All room is one piece, so that it goes back to the system as a whole before the fit needs memory.
     let mut room = vec![0; band_counts * groups.iter().map(Vec::len).max().unwrap_or(0)];
@@ -53,11 +55,15 @@ pub(super) fn searched_groups(
         let mut part = || rest.split_off_mut(..band_counts).unwrap_or_default();
         let bands: Vec<_> = group.into_iter().map(|band| (band, part())).collect();
         bands.into_par_iter().for_each(|(band, room)| {
+            if progress.cancelled() {
+                return;
+            }
             let (first, count) = (band.answered.start, band.answered.len() as u64);
             let rows = answers(band, room);
             found.lock().unwrap_or_else(PoisonError::into_inner).put(first, &rows);
             progress.advance(count);
         });
     }
-    found.into_inner().unwrap_or_else(PoisonError::into_inner)
+    progress.unless_cancelled()?;
+    Ok(found.into_inner().unwrap_or_else(PoisonError::into_inner))
 }

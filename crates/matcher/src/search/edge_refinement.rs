@@ -33,6 +33,9 @@ pub(crate) fn refine_edges(task: Task<'_>, guess: &mut Grid<f32>, reach: usize) 
     let before = guess.clone();
     let around = Around::new(&before, 1.0, reach);
     guess.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, guess)| {
+        if task.progress.cancelled() {
+            return;
+        }
         let pixels = (0..columns).map(|x| OpenPixel { x, place: Place { column: x, row: y } });
         let open = pixels.filter(|pixel| !before.at(pixel.x, y).is_nan() && around.is_edge(pixel.place));
         around.refine_row(task, y, &open.collect::<Vec<_>>(), guess);

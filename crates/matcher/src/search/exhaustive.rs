@@ -13,18 +13,17 @@ use crate::cost::CostTable;
 use crate::cost::exhaustive::{Band, band_costs};
 use crate::maps::OrderingUsed;
 use crate::options::MatchError;
-use epirig_core::progress::Progress;
 
 /// Rows searched together, if their costs are few enough: they share the samples of their windows.
 const BAND_ROWS: usize = 8;
 /// Costs that a band holds at most, unless one row has more; 64 MiB.
 const BAND_COSTS: usize = 1 << 24;
 
-/// Answers of all rows. `progress` counts each row.
+/// Answers of all rows, each of which the task's progress counts.
 ///
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
-pub(super) fn searched(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, MatchError> {
+pub(super) fn searched(task: Task<'_>) -> Result<SearchResult, MatchError> {
     let Task { volume, lines, range, ordering, options, .. } = task;
     let step_px = options.disparity_step_px;
     let separation = rival_distance(lines, step_px);
@@ -39,16 +38,16 @@ pub(super) fn searched(task: Task<'_>, progress: &dyn Progress) -> Result<Search
     if !options.semi_global {
         let bands = search.pieces(0..volume.rows()).map(RowBand::alone).collect();
         let groups = Groups { groups: vec![bands], band_counts: 0 };
-        return Ok(searched_groups(task, groups, progress, |band, _| search.single_rows(band.answered)));
+        return Ok(searched_groups(task, groups, |band, _| search.single_rows(band.answered))?);
     }
     let groups = groups_of_bands(task, search.choice.candidates.count())?;
     let typical = typical_cost(volume.rows(), options.method.resolution(), |y| {
         search.single_rows(y..y + 1).into_iter().flat_map(|row| row.cost).collect()
     });
     let penalties = penalties(task, typical);
-    Ok(searched_groups(task, groups, progress, |band, room| {
+    Ok(searched_groups(task, groups, |band, room| {
         search.rows_together(band, Aggregation { penalties, room })
-    }))
+    })?)
 }
 
 struct Exhaustive<'a> {

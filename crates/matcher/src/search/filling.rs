@@ -62,7 +62,7 @@ pub(super) fn drop_ambiguous(searched: &mut SearchResult, min_confidence: f64) {
 /// with. Their cost is then that of the pixel and its better neighbour in the row; they have no rivals, hence
 /// no confidence.
 pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: &mut SearchResult) {
-    let Task { volume, lines, rule, options, .. } = task;
+    let Task { volume, lines, rule, options, progress, .. } = task;
     let columns = searched.guess.columns();
     let resolution = options.method.resolution();
     let dearest = tolerance.largest_cost(options.min_visible);
@@ -73,7 +73,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
         let is_open =
             |x: &usize| matches!(before.validity.at(*x, y), Validity::Ambiguous | Validity::Occluded);
         let open: Vec<usize> = (0..columns).filter(is_open).collect();
-        if open.is_empty() {
+        if open.is_empty() || progress.cancelled() {
             return Vec::new();
         }
         let epi = LinearEpi::new(volume, y);

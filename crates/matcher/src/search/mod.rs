@@ -35,7 +35,6 @@ use super::cost::factorised::plan::Plan;
 use super::maps::OrderingUsed;
 use super::options::{MatchError, Occlusion, Search};
 use band_groups::{groups_of_bands, penalties, searched_groups};
-use epirig_core::progress::Progress;
 pub(super) use result::SearchResult;
 use scene_tolerance::measured_tolerance;
 pub(super) use task::Task;
@@ -44,19 +43,19 @@ pub(super) use task::Task;
 /// fraction of it.
 const COARSER: f64 = 2.0;
 
-/// Searches all rows. `progress` counts each row.
+/// Searches all rows, each of which the task's progress counts.
 ///
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
-pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, MatchError> {
+pub(super) fn search(task: Task<'_>) -> Result<SearchResult, MatchError> {
     match task.options.search_used() {
-        Search::Exhaustive => exhaustive::searched(task, progress),
-        Search::Factorised => factorised(task, progress),
+        Search::Exhaustive => exhaustive::searched(task),
+        Search::Factorised => factorised(task),
     }
 }
 
-fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, MatchError> {
-    let Task { volume, lines, range, ordering, rule, options } = task;
+fn factorised(task: Task<'_>) -> Result<SearchResult, MatchError> {
+    let Task { volume, lines, range, ordering, rule, options, .. } = task;
     let disparity_step_px = (COARSER * options.disparity_step_px).min(1.0);
     let plan = Plan::new(lines, Candidates::covering(range, disparity_step_px), rule);
     let half = options.window_px / 2;
@@ -89,9 +88,9 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<SearchResult, M
         };
         penalties(task, typical)
     });
-    let mut searched = searched_groups(task, groups, progress, |band, room| {
+    let mut searched = searched_groups(task, groups, |band, room| {
         answers(band, penalties.map(|penalties| Aggregation { penalties, room }))
-    });
+    })?;
     if ordering == OrderingUsed::Off {
         filling::drop_ambiguous(&mut searched, options.min_confidence);
     }

@@ -28,6 +28,7 @@ pub(super) fn measured_tolerance(task: Task<'_>, plan: &Plan, window: Window) ->
         let search = free::Search::new(task, plan, window, Some(tolerance));
         let mut costs: Vec<f32> = sampled_rows(task.volume.rows())
             .into_par_iter()
+            .filter(|_| !task.progress.cancelled())
             .flat_map_iter(|y| search.rows(RowBand::alone(y..y + 1), None))
             .flat_map_iter(|row| row.disagreement.into_iter().filter(|cost| !cost.is_nan()))
             .collect();

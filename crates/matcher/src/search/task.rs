@@ -4,6 +4,7 @@ use crate::candidates::DisparityRange;
 use crate::lines::{EpiLines, SeenRule};
 use crate::maps::OrderingUsed;
 use crate::options::MatchOptions;
+use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 
 /// What is to be searched.
@@ -21,4 +22,6 @@ pub(crate) struct Task<'a> {
     pub(crate) rule: SeenRule,
     /// The caller's choices.
     pub(crate) options: &'a MatchOptions,
+    /// Who is told of it, and may cancel it.
+    pub(crate) progress: &'a dyn Progress,
 }

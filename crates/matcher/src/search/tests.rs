@@ -196,7 +196,7 @@ pub(crate) fn searched(
     let occluded = if ordering == OrderingUsed::Off { Occlusion::OneSide } else { Occlusion::None };
     let rule = SeenRule::new(volume.frames(), options.min_visible, occluded);
     let range = DisparityRange { minimum_px: 0.0, maximum_px: 30.0 };
-    search(Task { volume, lines: &lines, range, ordering, rule, options }, &Silent).unwrap()
+    search(Task { volume, lines: &lines, range, ordering, rule, options, progress: &Silent }).unwrap()
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod painted_scenes;
 mod promises;
 mod repetitive_texture;
 mod shown;
+mod stack;
 mod turned;
 
 use epirig_matcher::{MatchOptions, ReferenceFrame};

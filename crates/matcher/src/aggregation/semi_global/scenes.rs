@@ -158,8 +158,9 @@ fn a_range_too_wide_to_be_held_is_refused_before_anything_is_searched() {
             ordering: OrderingUsed::On,
             rule,
             options: &options,
+            progress: &Silent,
         };
-        let refused = search(task, &Silent).err().unwrap();
+        let refused = search(task).err().unwrap();
         assert!(matches!(refused, MatchError::TooManyToAggregate { .. }), "{refused}");
         assert!(refused.to_string().contains("narrower range"), "{refused}");
     }

@@ -127,7 +127,9 @@ impl Discs {
         // Slants carry disparities from wide pixels to narrow ones.
         let mut surface = Surface::unknown(observed.rows(), observed.columns, self.pixel > 1.0);
         surface.par_row_pairs().enumerate().for_each(|(pair, mut rows)| {
-            dispatch!(level, simd => self.rows(simd, observed, guesses, 2 * pair, &mut rows));
+            if !observed.progress.cancelled() {
+                dispatch!(level, simd => self.rows(simd, observed, guesses, 2 * pair, &mut rows));
+            }
         });
         surface
     }

@@ -37,6 +37,7 @@ use super::planes::{Guess, ObservationMaps, SurfacePlanes, Template};
 use crate::one_surface::OneSurface;
 use crate::options::MatchOptions;
 use discs::Discs;
+use epirig_core::progress::{Cancelled, Progress};
 use model::{Model, Shapes};
 use observed::Observed;
 use pooling::{halved_sums, of_observed};
@@ -116,34 +117,35 @@ impl Sizes {
 
 /// The disparities of a step before the last, in px from `origin`.
 pub(super) fn rough_surface(
-    level: Level,
+    (level, progress): (Level, &dyn Progress),
     observations: &mut ObservationMaps,
     template: &Template,
     guess: Guess<'_>,
     sizes: Sizes,
-) -> Padded {
+) -> Result<Padded, Cancelled> {
     take_off_light(observations, template, guess, None);
+    progress.unless_cancelled()?;
     let sizes = match sizes {
         Sizes::Two => Sizes::Two,
         // What the step finds is a guess.
         Sizes::Equal | Sizes::Growing { .. } => Sizes::Growing { wanted_sigma_px: f64::INFINITY },
     };
     let model = sizes.model(EXPECTED_BLUR, 0.0);
-    surface(level, &Observed::of(observations, guess), model).disparity
+    Ok(surface(level, &Observed::of(observations, guess, progress), model)?.disparity)
 }
 
 /// Fuses the `observations` around `guess`. The effect of the blur is taken off them first, unless the
 /// guesses are those of the search (not `guess_is_fitted`): their steps are no slants. Pixels whose mean
 /// precision is less than `least_texture`, in 1/px^2, show no more texture than noise does.
 pub(super) fn fused(
-    level: Level,
+    (level, progress): (Level, &dyn Progress),
     mut observations: ObservationMaps,
     template: Template,
     guess: Guess<'_>,
     guess_is_fitted: bool,
     sizes: Sizes,
     least_texture: f32,
-) -> Fused {
+) -> Result<Fused, Cancelled> {
     let mut blur = EXPECTED_BLUR;
     let slants = guess_is_fitted.then(|| SurfacePlanes::of_surface(guess, OneSurface::FINE.slant));
     let light = take_off_light(&mut observations, &template, guess, slants.as_ref());
@@ -155,31 +157,35 @@ pub(super) fn fused(
             / (found.information + EXPECTED_BLUR_INFORMATION);
     }
     blur = blur.max(APERTURE);
+    progress.unless_cancelled()?;
     drop(template);
-    let observed = Observed::of(&observations, guess);
+    let observed = Observed::of(&observations, guess, progress);
     let model = sizes.model(blur, least_texture);
     let mut surface = match sizes {
         Sizes::Equal => Discs::new(EQUAL, None, &model, 1.0).surface(level, &observed, &observed.guess),
-        Sizes::Two | Sizes::Growing { .. } => surface(level, &observed, model),
+        Sizes::Two | Sizes::Growing { .. } => surface(level, &observed, model)?,
     };
+    progress.unless_cancelled()?;
     raise_by_residuals(level, &observed, &mut surface, observations.noise_gain);
     let Surface { disparity, mut variance, addition, .. } = surface;
     variance.values.par_iter_mut().zip(&addition.values).for_each(|(variance, more)| *variance += more);
-    Fused { disparity, variance, texture: texture(level, &observed), light }
+    Ok(Fused { disparity, variance, texture: texture(level, &observed), light })
 }
 
 /// The surface at each pixel that has a guess.
-fn surface(level: Level, observed: &Observed, model: Model) -> Surface {
+fn surface(level: Level, observed: &Observed, model: Model) -> Result<Surface, Cancelled> {
     let [small, large] = [0, 1].map(|size| {
         let squared_radius = [SMALL, LARGE][size];
         (model.shapes[size] == Shapes::PlanesAndEdges)
             .then(|| learned(level, observed, squared_radius, &model))
     });
+    observed.progress.unless_cancelled()?;
     let mut discs = Discs::new(SMALL, small, &model, 1.0);
     let mut surface = discs.surface(level, observed, &observed.guess);
     let mut pixels = discs.pixels();
     discs = Discs::new(LARGE, large, &model, 1.0).ending_with_the_texture(model.least_texture);
     let larger = discs.surface(level, observed, &observed.guess);
+    observed.progress.unless_cancelled()?;
     take_larger(level, observed, &mut surface, &larger, 0, pixels);
     surface.forget_unknown_of(&larger);
     drop(larger);
@@ -195,13 +201,14 @@ fn surface(level: Level, observed: &Observed, model: Model) -> Surface {
         pixels = discs.pixels();
         discs = Discs::new(LARGE, large, &model, (1 << halvings) as f32);
         let mut larger = discs.surface(level, coarse, &guesses);
+        observed.progress.unless_cancelled()?;
         for finer in (0..halvings).rev() {
             let has_slants = finer > 0;
             larger = larger.doubled(if has_slants { &halved[finer - 1] } else { observed }, has_slants);
         }
         take_larger(level, observed, &mut surface, &larger, halvings, pixels);
     }
-    surface
+    Ok(surface)
 }
 
 /// How many pixels in each pixel of a map halved so often have a larger variance than wanted;

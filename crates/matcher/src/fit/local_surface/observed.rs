@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::fit::padded::{PAD, Padded};
 use crate::fit::planes::{Guess, ObservationMaps};
 use crate::one_surface::OneSurface;
+use epirig_core::progress::Progress;
 
 /// A pixel's own observation has no more than this share in its disparity.
 const LARGEST_SHARE: f32 = 0.95;
@@ -16,7 +17,7 @@ const LARGEST_STEP_PX: f32 = 1.0;
 const STEP_SIGMAS: f32 = 3.0;
 
 /// Observed disparities.
-pub(super) struct Observed {
+pub(super) struct Observed<'a> {
     /// Disparity from the origin, in px.
     pub(super) value: Padded,
     /// One over its variance, in 1/px^2; 0 for no observation.
@@ -24,17 +25,23 @@ pub(super) struct Observed {
     /// The disparity that it was observed around, in px from the origin; NaN where there is none.
     pub(super) guess: Padded,
     pub(super) columns: usize,
+    /// Who may cancel the work.
+    pub(super) progress: &'a dyn Progress,
 }
 
-impl Observed {
-    fn none(rows: usize, columns: usize) -> Self {
+impl<'a> Observed<'a> {
+    fn none(rows: usize, columns: usize, progress: &'a dyn Progress) -> Self {
         let map = |value| Padded::filled(rows, columns, value);
-        Self { value: map(0.0), precision: map(0.0), guess: map(f32::NAN), columns }
+        Self { value: map(0.0), precision: map(0.0), guess: map(f32::NAN), columns, progress }
     }
 
     /// The `observations` around a guess.
-    pub(super) fn of(observations: &ObservationMaps, Guess { map: guess, origin }: Guess<'_>) -> Self {
-        let mut observed = Self::none(guess.rows(), guess.columns());
+    pub(super) fn of(
+        observations: &ObservationMaps,
+        Guess { map: guess, origin }: Guess<'_>,
+        progress: &'a dyn Progress,
+    ) -> Self {
+        let mut observed = Self::none(guess.rows(), guess.columns(), progress);
         let Self { value, precision, guess: around, .. } = &mut observed;
         let maps = value.par_rows().zip(precision.par_rows()).zip(around.par_rows()).enumerate();
         maps.for_each(|(y, ((value, precision), around))| {
@@ -60,7 +67,7 @@ impl Observed {
 
     /// The mean of each 2 x 2 pixels of one surface, that of the best observation.
     pub(super) fn halved(&self) -> Self {
-        let mut halved = Self::none(self.rows().div_ceil(2), self.columns.div_ceil(2));
+        let mut halved = Self::none(self.rows().div_ceil(2), self.columns.div_ceil(2), self.progress);
         let columns = halved.columns;
         let Self { value, precision, guess: around, .. } = &mut halved;
         let maps = value.par_rows().zip(precision.par_rows()).zip(around.par_rows()).enumerate();

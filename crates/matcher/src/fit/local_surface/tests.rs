@@ -9,6 +9,7 @@ use super::model::EdgePriors;
 use super::sizes::usual_odds;
 use super::*;
 use epirig_core::grid::Grid;
+use epirig_core::progress::Silent;
 
 const ROWS: usize = 40;
 const COLUMNS: usize = 70;
@@ -21,7 +22,11 @@ const MODEL: Model = Model {
 
 /// Observations of a surface by column and row, with this precision in 1/px^2, around a guess of 0
 /// or as given.
-fn observed(precision: f32, surface: impl Fn(f32, f32) -> f32, guess: impl Fn(f32, f32) -> f32) -> Observed {
+fn observed(
+    precision: f32,
+    surface: impl Fn(f32, f32) -> f32,
+    guess: impl Fn(f32, f32) -> f32,
+) -> Observed<'static> {
     let map = |value: &dyn Fn(f32, f32) -> f32, beside: f32| {
         let mut map = Padded::filled(ROWS, COLUMNS, beside);
         for y in 0..ROWS {
@@ -36,6 +41,7 @@ fn observed(precision: f32, surface: impl Fn(f32, f32) -> f32, guess: impl Fn(f3
         precision: map(&|_, _| precision, 0.0),
         guess: map(&guess, f32::NAN),
         columns: COLUMNS,
+        progress: &Silent,
     }
 }
 
@@ -86,7 +92,7 @@ fn discs_have_the_pixels_that_they_say_and_strips_hold_each_once() {
 fn planes_are_found_as_they_are_and_known_as_well_as_discs_allow() {
     let plane = |x: f32, y: f32| 0.01 * x - 0.02 * y + 0.3;
     let observed = observed(100.0, plane, plane);
-    let found = surface(Level::new(), &observed, MODEL);
+    let found = surface(Level::new(), &observed, MODEL).unwrap();
     // The prior of slants takes 0.7 % of them in a disc of 32 pixels, which half a pixel from its
     // middle are 7e-5.
     let error = largest_error(&found, plane, inside);
@@ -105,7 +111,7 @@ fn steps_at_any_angle_end_discs() {
         let step = |x: f32, y: f32| if across(x, y) > 0.0 { 0.2 } else { 0.0 };
         // A step of 0.2 px is ten sigma of single observations.
         let observed = observed(2500.0, step, |_, _| 0.0);
-        let found = surface(Level::new(), &observed, MODEL);
+        let found = surface(Level::new(), &observed, MODEL).unwrap();
         // Two pixels from the edge less is left than a single observation scatters by, which is a
         // tenth of the step. A plane through the smallest disc would leave a quarter.
         let error = largest_error(&found, step, |x, y| inside(x, y) && across(x, y).abs() > 2.0);
@@ -127,8 +133,9 @@ fn noise_may_carry_an_observation_from_its_guess_and_a_step_may_not() {
             maps.moment.row_mut(y)[PAD + x] = weight * value;
             maps.inverse.row_mut(y)[PAD + x] = 1.0 / weight;
         }
-        let observed = Observed::of(&maps, Guess { map: &Grid::filled(ROWS, COLUMNS, 0.0), origin: 0.0 });
-        let found = surface(Level::new(), &observed, MODEL);
+        let observed =
+            Observed::of(&maps, Guess { map: &Grid::filled(ROWS, COLUMNS, 0.0), origin: 0.0 }, &Silent);
+        let found = surface(Level::new(), &observed, MODEL).unwrap();
         let kept = observed.precision.row(3)[PAD..PAD + COLUMNS].iter().filter(|one| **one > 0.0).count();
         (kept, largest_error(&found, |_, _| TRUTH, inside))
     };
@@ -160,14 +167,14 @@ fn the_usual_odds_are_those_of_most_places() {
 fn other_surfaces_do_not_take_part() {
     let edge = |x: f32, _: f32| if x < 30.5 { 0.0 } else { 5.0 };
     let observed = observed(400.0, edge, edge);
-    let found = surface(Level::new(), &observed, MODEL);
+    let found = surface(Level::new(), &observed, MODEL).unwrap();
     assert!(largest_error(&found, edge, |_, _| true) < 1e-3);
 }
 
 #[test]
 fn pixels_without_a_guess_stay_unknown() {
     let gap = |x: f32, _: f32| if x == 20.0 { f32::NAN } else { 0.0 };
-    let found = surface(Level::new(), &observed(400.0, |_, _| 0.0, gap), MODEL);
+    let found = surface(Level::new(), &observed(400.0, |_, _| 0.0, gap), MODEL).unwrap();
     assert!((0..ROWS).all(|y| found.variance.row(y)[PAD + 20] == f32::INFINITY));
     assert!((0..ROWS).all(|y| found.variance.row(y)[PAD + 21].is_finite()));
 }
@@ -177,7 +184,7 @@ fn larger_discs_serve_where_sigma_is_larger_than_wanted() {
     let plane = |_: f32, _: f32| 0.3;
     let observed = observed(4.0, plane, plane);
     let variance = |wanted_variance: f32| {
-        let found = surface(Level::new(), &observed, Model { wanted_variance, ..MODEL });
+        let found = surface(Level::new(), &observed, Model { wanted_variance, ..MODEL }).unwrap();
         let error = largest_error(&found, plane, |_, _| true);
         assert!(error < 1e-3, "{error}");
         found.variance.row(ROWS / 2)[PAD + COLUMNS / 2]
@@ -186,7 +193,7 @@ fn larger_discs_serve_where_sigma_is_larger_than_wanted() {
 }
 
 /// Observations of a surface with independent noise of 0.1 px.
-fn noisy(seed: u64, surface: impl Fn(f32, f32) -> f32) -> Observed {
+fn noisy(seed: u64, surface: impl Fn(f32, f32) -> f32) -> Observed<'static> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let noise: Vec<f32> = (0..ROWS * COLUMNS).map(|_| StandardNormal.sample(&mut random)).collect();
     observed(100.0, |x, y| surface(x, y) + 0.1 * noise[y as usize * COLUMNS + x as usize], |_, _| 0.0)

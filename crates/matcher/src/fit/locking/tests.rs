@@ -10,6 +10,7 @@ use crate::lines::{EpiLines, SeenRule};
 use crate::locking::LockingAmplitudes;
 use crate::options::Occlusion;
 use epirig_core::grid::Grid;
+use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -75,7 +76,7 @@ fn fitted(
         rule: SeenRule::new(FRAMES, 0.5, Occlusion::None),
         deviation_share: None,
     };
-    fit(&volume, &lines, guess, options, || {})
+    fit(&volume, &lines, guess, options, &Silent).unwrap()
 }
 
 /// H_0 and H_1: the shares of a wave and of its first alias in the spline through it (Unser 1999: the Fourier

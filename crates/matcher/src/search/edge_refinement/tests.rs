@@ -4,6 +4,7 @@ use crate::candidates::DisparityRange;
 use crate::lines::{EpiLines, SeenRule};
 use crate::options::{MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
+use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -45,6 +46,7 @@ pub(crate) fn task<'a>(volume: &'a Volume, lines: &'a EpiLines, options: &'a Mat
         ordering: OrderingUsed::Off,
         rule: SeenRule::new(volume.frames(), 0.5, Occlusion::OneSide),
         options,
+        progress: &Silent,
     }
 }
 

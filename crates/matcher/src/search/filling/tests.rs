@@ -8,6 +8,7 @@ use crate::candidates::DisparityRange;
 use crate::lines::SeenRule;
 use crate::maps::OrderingUsed;
 use crate::options::{MatchOptions, Occlusion};
+use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -200,6 +201,7 @@ fn filled(
         ordering: OrderingUsed::Off,
         rule,
         options: &options,
+        progress: &Silent,
     };
     let mut searched = answers(ROWS, COLUMNS, guess);
     fill(task, &plan, Tolerance { share: 0.1, typical }, &mut searched);

@@ -11,6 +11,7 @@ use crate::candidates::DisparityRange;
 use crate::lines::{EpiLines, SeenRule};
 use crate::maps::OrderingUsed;
 use crate::options::{MatchOptions, Occlusion};
+use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -46,8 +47,15 @@ fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
     let plan = Plan::new(&lines, Candidates::covering(range, 0.1), rule);
     assert_eq!(plan.blocks.len(), 1);
     let options = MatchOptions::default();
-    let task =
-        Task { volume: &volume, lines: &lines, range, ordering: OrderingUsed::Off, rule, options: &options };
+    let task = Task {
+        volume: &volume,
+        lines: &lines,
+        range,
+        ordering: OrderingUsed::Off,
+        rule,
+        options: &options,
+        progress: &Silent,
+    };
     measured_tolerance(task, &plan, Window { rows: 1, columns: 1 })
 }
 
