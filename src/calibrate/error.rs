@@ -11,6 +11,7 @@ use epirig_calibration::stage_axis::StageAxisError;
 use epirig_calibration::target::{OtherSize, TargetError};
 use epirig_calibration::texture_motion::TextureMotionError;
 use epirig_core::fault::{Blame, Fault};
+use epirig_core::progress::Cancelled;
 use epirig_core::tau::TauError;
 use epirig_data::sequence::SequenceError;
 use epirig_data::storage::ReadError;
@@ -19,6 +20,9 @@ use epirig_data::storage::ReadError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CalibrateError {
+    /// The caller has cancelled the work.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// Frames cannot be read.
     #[error(transparent)]
     Sequence(#[from] SequenceError),
@@ -247,6 +251,7 @@ pub enum CalibrateError {
 impl Fault for CalibrateError {
     fn blame(&self) -> Blame {
         match self {
+            Self::Cancelled(_) => Blame::Interruption,
             Self::Sequence(error) => error.blame(),
             Self::Read(error) => error.blame(),
             Self::Io { .. } => Blame::System,

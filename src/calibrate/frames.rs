@@ -24,6 +24,7 @@ pub(super) fn load(
     let mut volume = rectifier.volume(sequence.record().bit_depth, tau);
     progress.begin("rectifying frames", records.len() as u64);
     for (chunk, records) in records.chunks(TOGETHER).enumerate() {
+        progress.unless_cancelled()?;
         let frames: Result<Vec<_>, _> = records.par_iter().map(|record| sequence.read(record)).collect();
         rectifier.insert(&mut volume, chunk * TOGETHER, &frames?)?;
         progress.advance(records.len() as u64);
@@ -55,16 +56,17 @@ pub(super) fn read_all(
         return Ok(Vec::new());
     }
     progress.begin(what, records.len() as u64);
-    let frames: Result<Vec<Frame>, _> = records
+    let frames: Result<Vec<Frame>, CalibrateError> = records
         .par_iter()
         .map(|record| {
-            let frame = sequence.read(record);
+            progress.unless_cancelled()?;
+            let frame = sequence.read(record)?;
             progress.advance(1);
-            frame
+            Ok(frame)
         })
         .collect();
     progress.end();
-    Ok(frames?)
+    frames
 }
 
 /// Equalises the brightness of all frames, whose gains these are.

@@ -79,6 +79,9 @@ fn from_boards(
     let found: Vec<Option<FoundBoard>> = {
         use rayon::prelude::*;
         let find = |frame| {
+            if progress.cancelled() {
+                return None;
+            }
             let found = find_boards(frame, board, 1).into_iter().next();
             progress.advance(1);
             found.filter(|found| found.corners.len() >= LEAST_CORNERS)
@@ -86,6 +89,7 @@ fn from_boards(
         frames.par_iter().map(find).collect()
     };
     progress.end();
+    progress.unless_cancelled()?;
     let size = (sequence.record().rows, sequence.record().columns);
     refuse_other_size("board", found.iter().flatten(), board, size)?;
     let mut views: Vec<View> = Vec::new();

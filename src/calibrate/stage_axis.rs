@@ -35,6 +35,7 @@ pub(super) fn find_axis(
     let found: Result<Vec<Vec<FoundBoard>>, CalibrateError> = records
         .par_iter()
         .map(|record| {
+            progress.unless_cancelled()?;
             let found = find_boards(&sequence.read(record)?, &target.board, target.bands);
             progress.advance(1);
             Ok(found)

@@ -30,6 +30,7 @@ pub fn write_derived(
     let mut writer = SequenceWriter::create(&building, record)?;
     progress.begin("writing frames", sources.len() as u64);
     for (index, source) in sources.into_iter().enumerate() {
+        progress.unless_cancelled()?;
         let frame =
             frame(index).map_err(|source| SequenceError::BitDepth { path: out.to_owned(), source })?;
         let commanded_mm = record.positions_mm.as_ref().and_then(|positions| positions.get(index)).copied();

@@ -8,6 +8,7 @@ use super::pixels::{ForeignFormat, image_formats};
 use crate::storage::{ReadError, RecordError, is_in_place};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::frame::FrameError;
+use epirig_core::progress::Cancelled;
 use epirig_core::shell::quoted;
 use epirig_core::tau::TauError;
 use epirig_core::volume::VolumeError;
@@ -16,6 +17,9 @@ use epirig_core::volume::VolumeError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SequenceError {
+    /// The caller has cancelled the work.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// The operating system refused.
     #[error("cannot {action} {}: {source}; {}", path.display(), advice(source))]
     Io {
@@ -302,6 +306,7 @@ impl Fault for SequenceError {
             | Self::Closed
             | Self::CannotLink { .. }
             | Self::Renamed { .. } => Blame::System,
+            Self::Cancelled(_) => Blame::Interruption,
             Self::Read(error) => error.blame(),
             Self::Exists { .. }
             | Self::Unfinished { .. }

@@ -29,6 +29,7 @@ pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volum
     };
     let filling = volume.filling();
     let put = |index: usize, frame: &Frame| -> Result<(), SequenceError> {
+        progress.unless_cancelled()?;
         match original_bits {
             Some(_) => filling.insert_counts(index, frame)?,
             None => filling.insert(index, frame)?,

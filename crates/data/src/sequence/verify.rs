@@ -28,7 +28,7 @@ pub struct VerifyReport {
 /// gaps, positions, stray files.
 ///
 /// # Errors
-/// [`SequenceError`] only if the frames' folder cannot be listed; what is wrong with the sequence is in the
+/// [`SequenceError`] only if the frames' folder cannot be listed, or the work is cancelled; what is wrong with the sequence is in the
 /// report.
 pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyReport, SequenceError> {
     let record = sequence.record();
@@ -38,6 +38,7 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
         FrameKind::CALIBRATION.into_iter().flat_map(|kind| sequence.calibration_frames(kind)).collect();
     progress.begin("checking frames", (sequence.frames().len() + others.len()) as u64);
     for (place, frame) in sequence.frames().iter().chain(&others).enumerate() {
+        progress.unless_cancelled()?;
         match sequence.read(frame) {
             Ok(_) if place < sequence.frames().len() => good_frames += 1,
             Ok(_) => {}

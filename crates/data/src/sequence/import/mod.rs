@@ -175,6 +175,7 @@ pub fn import(
     let total = images.len() + calibration.iter().map(|(_, images)| images.len()).sum::<usize>();
     progress.begin("importing", total as u64);
     for (index, image) in images.iter().enumerate() {
+        progress.unless_cancelled()?;
         let position_mm = positions_mm.as_ref().map(|positions| positions[index]);
         let frame = import.take(FrameKind::Scan, index, image, position_mm)?;
         inspector.look(image, &frame, position_mm);
@@ -182,6 +183,7 @@ pub fn import(
     }
     for (kind, images) in &calibration {
         for (index, path) in images.iter().enumerate() {
+            progress.unless_cancelled()?;
             let image = Chosen { number: index, path: path.clone() };
             import.take(*kind, index, &image, None)?;
             progress.advance(1);

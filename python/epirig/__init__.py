@@ -1,0 +1,38 @@
+"""Disparity, height and their uncertainty from the frames of a capture rig.
+
+``match_array`` matches frames in memory; a ``Sequence`` is a folder of frames with all its results;
+``import_images`` makes one of photographs, ``capture`` of a rig. Options, defaults and messages are those of the
+command line, which the package has, too: ``epirig --help``.
+"""
+
+from importlib.metadata import version as _version
+
+from ._errors import DataError, DeviceError, EpirigError, Interrupted, OptionError
+from ._maps import VALIDITY, Maps
+from ._results import Results, Surface
+from ._sequence import Sequence
+from ._verbs import capture, compare, demo, doctor, import_images, match_array, measure, plan, resume
+
+__version__ = _version("epirig")
+
+__all__ = [
+    "VALIDITY",
+    "DataError",
+    "DeviceError",
+    "EpirigError",
+    "Interrupted",
+    "Maps",
+    "OptionError",
+    "Results",
+    "Sequence",
+    "Surface",
+    "capture",
+    "compare",
+    "demo",
+    "doctor",
+    "import_images",
+    "match_array",
+    "measure",
+    "plan",
+    "resume",
+]

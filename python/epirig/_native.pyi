@@ -1,0 +1,67 @@
+"""
+The native part of epirig.
+"""
+
+from _typeshed import Incomplete, SupportsGetItem
+from os import PathLike
+from typing import Any, SupportsFloat, SupportsIndex
+
+__all__ = ["call", "map_names", "match_array", "read_frames", "read_map", "result_map", "run", "sequence_facts", "sequence_tau", "validity_classes", "verbs"]
+
+def call(words: SupportsGetItem[int, str], progress: Any | None = None) -> str:
+    """
+    Runs a verb with its options; gives the record that `--json` prints, as text.
+    """
+
+def map_names(verb: str) -> list[tuple[str, str, str]]:
+    """
+    The maps of the results of `match`, `surface` or `compare`, each with its title and unit.
+    """
+
+def match_array(frames: Any, words: SupportsGetItem[int, str], tau: SupportsGetItem[int, SupportsFloat | SupportsIndex] | None = None, mask: Incomplete | None = None, progress: Any | None = None) -> tuple[Incomplete, Incomplete, Incomplete, Incomplete, Incomplete, str]:
+    """
+    The maps of `frames`, with the options `words` of `epirig match`.
+    """
+
+def read_frames(folder: str | PathLike[str], rectified: bool, progress: Any | None = None) -> Any:
+    """
+    The frames of the sequence in `folder`, (frames, rows, columns).
+
+    Without `rectified` as they were captured, of uint8 or uint16; with it corrected and rectified by the calibration of
+    the sequence, of float32 in DN.
+    """
+
+def read_map(path: str | PathLike[str]) -> Incomplete:
+    """
+    A map from a file: .tiff, .pfm, .npy and what else `epirig evaluate` takes.
+    """
+
+def result_map(folder: str | PathLike[str], name: str) -> Incomplete | None:
+    """
+    The map `name` of the results in `folder`; `None` if they do not have it. What `epirig export` calls it.
+    """
+
+def run(arguments: SupportsGetItem[int, str]) -> int:
+    """
+    The program `epirig`, with these arguments; gives its exit code.
+    """
+
+def sequence_facts(folder: str | PathLike[str]) -> str:
+    """
+    Record, number of frames, positions and end of the sequence in `folder`, as text (JSON).
+    """
+
+def sequence_tau(folder: str | PathLike[str], rectified: bool) -> list[float]:
+    """
+    Position of each frame on the baseline, from 0 to 1; if `rectified`, that of the calibration.
+    """
+
+def validity_classes() -> list[tuple[int, str]]:
+    """
+    The values of `validity`, with their names.
+    """
+
+def verbs() -> str:
+    """
+    All verbs with their options, as text (JSON).
+    """

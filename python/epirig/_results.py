@@ -1,0 +1,150 @@
+"""Results in a folder: those of a match, and of a surface."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from ._maps import ANSWERED, draw
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class _Folder:
+    """Results of one verb, with their maps of (rows, columns)."""
+
+    _verb: str
+
+    def __init__(self, folder: str | os.PathLike[str], record: dict[str, Any] | None = None) -> None:
+        self.folder = Path(folder)
+        """Where the results are."""
+        path = self.folder / f"{self._verb}.json"
+        self.record: dict[str, Any] = json.loads(path.read_text()) if record is None else record
+        """The record, as ``--json`` prints it."""
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({str(self.folder)!r})"
+
+    @property
+    def maps(self) -> dict[str, str]:
+        """The maps that these results may have: the name of each, and what it shows, with its unit."""
+        names = _native.map_names(self._verb)
+        return {name: f"{title} ({unit})" if unit else title for name, title, unit in names}
+
+    def map(self, name: str) -> NDArray[np.float32]:
+        """A map by its name; NaN where there is no value. It is compared with its hash in the record."""
+        found: NDArray[np.float32] | None = _native.result_map(self.folder, name) if name in self.maps else None
+        if found is None:
+            raise KeyError(f"{self.folder} has no map {name}; there may be {', '.join(self.maps)}")
+        return found
+
+    def plot(self, name: str, axes: Axes | None = None) -> Axes:
+        """Draws a map with its scale; needs matplotlib."""
+        titles = {name: (title, unit) for name, title, unit in _native.map_names(self._verb)}
+        values = self.map(name)
+        return draw(values, *titles[name], axes)
+
+
+class Results(_Folder):
+    """Results of a match: maps of (rows, columns) over the pixels of the reference frame."""
+
+    _verb = "match"
+
+    @property
+    def disparity(self) -> NDArray[np.float32]:
+        """Disparity in px over the whole baseline; NaN without an answer."""
+        return self.map("disparity")
+
+    @property
+    def sigma(self) -> NDArray[np.float32]:
+        """Standard uncertainty of the disparity, in px."""
+        return self.map("sigma")
+
+    @property
+    def validity(self) -> NDArray[np.uint8]:
+        """Why a pixel has an answer or none: the keys of ``epirig.VALIDITY``."""
+        return self.map("mask").astype(np.uint8)
+
+    @property
+    def answered(self) -> NDArray[np.bool_]:
+        """Which pixels have an answer."""
+        return np.asarray(self.validity == ANSWERED)
+
+    @property
+    def height_mm(self) -> NDArray[np.float32]:
+        """Height in mm, where focal length and positions are known."""
+        return self.map("height")
+
+    @property
+    def height_sigma_mm(self) -> NDArray[np.float32]:
+        """Standard uncertainty of the height, in mm."""
+        return self.map("height-sigma")
+
+    def plot(self, name: str = "disparity", axes: Axes | None = None) -> Axes:
+        """Draws a map with its scale; needs matplotlib."""
+        return super().plot(name, axes)
+
+
+class Surface(_Folder):
+    """A surface: the depth of its hollows with its interval and budget, and the heights without the form."""
+
+    _verb = "surface"
+
+    @classmethod
+    def of(
+        cls,
+        sequence: Path,
+        results: str | os.PathLike[str] | None,
+        out: str | os.PathLike[str] | None,
+        record: dict[str, Any],
+    ) -> Surface:
+        """The surface that ``epirig surface`` has written."""
+        matched = sequence / "results" if results is None else Path(results)
+        return cls(matched / "surface" if out is None else out, record)
+
+    @property
+    def depth_mm(self) -> float | None:
+        """Depth of the hollows, in mm; None if there are no two levels."""
+        levels = self.record["levels"]
+        return None if levels is None else float(levels["depth"]["depth_mm"])
+
+    @property
+    def interval_mm(self) -> tuple[float, float] | None:
+        """The interval that holds the depth with a probability of 95 %, in mm; None without a depth."""
+        levels, depth = self.record["levels"], self.depth_mm
+        if levels is None or depth is None:
+            return None
+        half = levels["budget"]["combined"]["half_width_95_mm"]
+        return None if half is None else (depth - half, depth + half)
+
+    @property
+    def budget(self) -> list[dict[str, Any]]:
+        """The contributions to the uncertainty of the depth: name, evaluation (A or B), sigma_mm, share."""
+        levels = self.record["levels"]
+        return [] if levels is None else list(levels["budget"]["contributions"])
+
+    @property
+    def conclusion(self) -> str:
+        """The result in a sentence."""
+        return str(self.record["conclusion"]["sentence"])
+
+    @property
+    def height_mm(self) -> NDArray[np.float32]:
+        """Height in mm without the form; NaN where it is not used."""
+        return self.map("height-without-form")
+
+    @property
+    def report(self) -> Path:
+        """The report as a page (HTML)."""
+        return self.folder / "report.html"
+
+    def plot(self, name: str = "height-without-form", axes: Axes | None = None) -> Axes:
+        """Draws a map with its scale; needs matplotlib."""
+        return super().plot(name, axes)

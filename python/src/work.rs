@@ -1,0 +1,136 @@
+//! Work that takes a while: it is done on a thread of its own, without Python's lock. The thread that called
+//! waits for it, and meanwhile hands on what the work tells, and hears Ctrl-C.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use epirig::cli::embedded::{Refusal, interrupt};
+use epirig_core::progress::Progress;
+use epirig_matcher::MatchError;
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+
+use crate::errors::exception;
+
+/// How often the waiting thread looks.
+const EVERY: Duration = Duration::from_millis(50);
+
+/// What the work tells; shared by the work and the thread that waits for it.
+#[derive(Default)]
+pub(crate) struct Told {
+    cancelled: AtomicBool,
+    done: AtomicU64,
+    latest: Mutex<Latest>,
+}
+
+#[derive(Default)]
+struct Latest {
+    what: String,
+    total: u64,
+    notes: Vec<String>,
+}
+
+impl Told {
+    fn latest(&self) -> MutexGuard<'_, Latest> {
+        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Progress for Told {
+    fn begin(&self, what: &str, total: u64) {
+        let mut latest = self.latest();
+        (latest.what, latest.total) = (what.to_owned(), total);
+        self.done.store(0, Ordering::Relaxed);
+    }
+
+    fn advance(&self, count: u64) {
+        self.done.fetch_add(count, Ordering::Relaxed);
+    }
+
+    fn end(&self) {}
+
+    fn note(&self, words: &str) {
+        self.latest().notes.push(words.to_owned());
+    }
+
+    fn cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+/// Does `work` without Python's lock. `progress` is called with what is done, how many parts of it are, and of how
+/// many. An exception of it, or of a signal's handler, cancels the work, and is raised once that has ended. For Ctrl-C
+/// the work itself says how it ended.
+pub(crate) fn done<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(Arc<Told>) -> Result<T, Refusal> + Send,
+) -> PyResult<T> {
+    let told = Arc::new(Told::default());
+    let heard = Heard { told: &told, progress: progress.map(|callback| callback.clone().unbind()) };
+    let (heard, of_work) = (&heard, Arc::clone(&told));
+    let (found, raised) = py.detach(move || {
+        std::thread::scope(|threads| {
+            let (ended, end) = channel::<()>();
+            let working = threads.spawn(move || {
+                let found = work(of_work);
+                // The waiting thread may have gone only by a panic of its own.
+                let _ = ended.send(());
+                found
+            });
+            let mut raised = None;
+            while let Err(RecvTimeoutError::Timeout) = end.recv_timeout(EVERY) {
+                if let Err(error) = Python::attach(|py| heard.look(py)) {
+                    heard.told.cancelled.store(true, Ordering::Relaxed);
+                    interrupt();
+                    raised.get_or_insert(error);
+                }
+            }
+            let found = working.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            (found, raised)
+        })
+    });
+    let raised = raised.or_else(|| heard.hand_on(py).err());
+    match (found, raised) {
+        (Err(refusal), Some(error)) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
+            let ended = exception(py, refusal);
+            ended.set_cause(py, Some(error));
+            Err(ended)
+        }
+        (Ok(_), Some(error)) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
+            Err(exception(py, Refusal::of(MatchError::Cancelled)))
+        }
+        (_, Some(error)) => Err(error),
+        (found, None) => found.map_err(|refusal| exception(py, refusal)),
+    }
+}
+
+/// What the waiting thread hears, and whom it tells.
+struct Heard<'a> {
+    told: &'a Told,
+    progress: Option<Py<PyAny>>,
+}
+
+impl Heard<'_> {
+    fn look(&self, py: Python<'_>) -> PyResult<()> {
+        py.check_signals()?;
+        self.hand_on(py)
+    }
+
+    fn hand_on(&self, py: Python<'_>) -> PyResult<()> {
+        let (what, total, notes) = {
+            let mut latest = self.told.latest();
+            (latest.what.clone(), latest.total, std::mem::take(&mut latest.notes))
+        };
+        if !notes.is_empty() {
+            let log = py.import("epirig._log")?.getattr("note")?;
+            notes.into_iter().try_for_each(|words| log.call1((words,)).map(|_| ()))?;
+        }
+        if let Some(progress) = self.progress.as_ref().filter(|_| !what.is_empty()) {
+            progress.call1(py, (what, self.told.done.load(Ordering::Relaxed).min(total), total))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,62 @@
+"""A sequence from its scan to its surface."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import epirig
+
+
+def test_a_scan_becomes_a_surface(tmp_path: Path) -> None:
+    small = ["camera.size=768x768", "plan.settle=20 ms"]
+    sequence = epirig.capture(out=tmp_path / "seq", rig="sim", set=small, frames=41, step_mm=3.75)
+    assert len(sequence) == 41 and sequence.ended == "complete"
+    assert sequence.positions_mm is not None and np.allclose(np.diff(sequence.positions_mm), 3.75, atol=0.01)
+    assert sequence.verify()["findings"] == []
+    frames = sequence.frames()
+    assert frames.shape == (41, 768, 768) and frames.dtype in (np.uint8, np.uint16)
+    assert np.array_equal(epirig.Sequence(sequence.folder).frames(), frames)
+    results = sequence.match()
+    assert results.disparity.shape == (768, 768)
+    assert set(results.maps) >= {"disparity", "sigma", "height", "height-sigma"}
+    assert np.array_equal(np.isfinite(results.disparity), results.answered)
+    surface = sequence.surface()
+    assert surface.depth_mm is not None and surface.interval_mm is not None
+    low, high = surface.interval_mm
+    # The simulated tile has hollows of 0.2 mm.
+    assert low < 0.2 < high and high - low < 0.02
+    assert sum(part["share"] or 0 for part in surface.budget) == pytest.approx(1)
+    assert surface.report.read_text().startswith("<!DOCTYPE html>") and "0.2" in surface.conclusion
+    written = sequence.export(map="height", out=tmp_path / "height.npy")
+    assert written is not None and np.array_equal(np.load(tmp_path / "height.npy"), results.height_mm, equal_nan=True)
+    again = epirig.Sequence(sequence.folder)
+    record = {**again.results().record}
+    del record["files"]
+    assert record == results.record and again.measured_surface().depth_mm == surface.depth_mm
+
+
+def test_maps_that_are_not_there_are_named(sequence: epirig.Sequence, tmp_path: Path) -> None:
+    results = sequence.match(out=tmp_path / "out")
+    with pytest.raises(KeyError, match="there may be disparity, sigma"):
+        results.map("relief")
+    (tmp_path / "out" / "sigma.tiff").write_bytes(b"II*")
+    with pytest.raises(epirig.DataError, match="sigma.tiff"):
+        results.map("sigma")
+
+
+def test_images_become_a_sequence(tmp_path: Path, frames: np.ndarray) -> None:
+    images = tmp_path / "images"
+    images.mkdir()
+    for index, frame in enumerate(frames):
+        (images / f"{index:02}.pgm").write_bytes(b"P5 96 48 255\n" + frame.tobytes())
+    sequence = epirig.import_images([images], out=tmp_path / "seq")
+    assert np.array_equal(sequence.frames(), frames)
+    with pytest.raises(epirig.OptionError, match="has no calibration"):
+        sequence.frames(rectified=True)
+    with pytest.raises(epirig.EpirigError) as caught:
+        epirig.import_images([images / "none*.png"], out=tmp_path / "other")
+    assert caught.value.exit_code in (1, 2, 5)
+    assert not (tmp_path / "other").exists()
