@@ -114,6 +114,24 @@ MATCH_ARRAY = '''def match_array(
     return matched(frames, options, tau, mask, progress)
 '''
 
+RIG = '''class RigOptions:
+    """A rig, as its profile and these options describe it; nothing is connected yet.
+
+    The options are those of ``epirig capture``.
+
+    Parameters
+    ----------
+{listed}
+    """
+
+    def __init__(
+        self,
+        *,
+{signature}    ) -> None:
+        self._words = words(
+{given}        )
+'''
+
 PROGRESS = "progress: Progress | None = None"
 TYPES = {"number": "float", "whole": "int", "path": "Place", "range": "tuple[float, float] | str", "text": "str | float"}
 
@@ -236,12 +254,22 @@ def match_array(match: Json) -> str:
     )
 
 
+def rig_options(capture: Json) -> str:
+    own = {"out", "dry_run", "anyway"}
+    options = [option for option in capture["options"] if option["name"] not in own and not option["hidden"]]
+    return RIG.format(
+        signature="".join(f"        {parameter(option)},\n" for option in options),
+        given=words_of(options, 12),
+        listed="\n".join(documented(option, 4) for option in options),
+    )
+
+
 def written() -> str:
     verbs = {verb["verb"]: verb for verb in json.loads(_native.verbs())}
     functions = [function(verbs[verb], *facts, method=False) for verb, facts in FUNCTIONS.items()]
     methods = [function(verbs[verb], verb, *facts, method=True) for verb, facts in METHODS.items()]
     mixin = 'class SequenceVerbs:\n    """The verbs that work on a sequence."""\n\n    folder: Path\n'
-    return "\n\n".join([HEAD, match_array(verbs["match"]), *functions, "\n".join([mixin, *methods])])
+    return "\n\n".join([HEAD, match_array(verbs["match"]), *functions, rig_options(verbs["capture"]), "\n".join([mixin, *methods])])
 
 
 def main() -> int:

@@ -10,6 +10,7 @@ from importlib.metadata import version as _version
 from ._errors import DataError, DeviceError, EpirigError, Interrupted, OptionError
 from ._maps import VALIDITY, Maps
 from ._results import Results, Surface
+from ._rig import CapturedFrame, Rig
 from ._sequence import Sequence
 from ._verbs import capture, compare, demo, doctor, import_images, match_array, measure, plan, resume
 
@@ -17,6 +18,7 @@ __version__ = _version("epirig")
 
 __all__ = [
     "VALIDITY",
+    "CapturedFrame",
     "DataError",
     "DeviceError",
     "EpirigError",
@@ -24,6 +26,7 @@ __all__ = [
     "Maps",
     "OptionError",
     "Results",
+    "Rig",
     "Sequence",
     "Surface",
     "capture",

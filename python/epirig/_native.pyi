@@ -4,9 +4,65 @@ The native part of epirig.
 
 from _typeshed import Incomplete, SupportsGetItem
 from os import PathLike
-from typing import Any, SupportsFloat, SupportsIndex
+from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["call", "map_names", "match_array", "read_frames", "read_map", "result_map", "run", "sequence_facts", "sequence_tau", "validity_classes", "verbs"]
+__all__ = ["Connection", "Scan", "call", "map_names", "match_array", "read_frames", "read_map", "result_map", "run", "sequence_facts", "sequence_tau", "validity_classes", "verbs"]
+
+@final
+class Connection:
+    """
+    The connected stage and camera of a rig.
+    """
+    def __new__(cls, /, words: SupportsGetItem[int, str]) -> Connection:
+        """
+        Connects to the rig that these options of `epirig capture` describe.
+        """
+    def close(self, /) -> None:
+        """
+        Lets go of stage and camera; a stage that moves is stopped.
+        """
+    def facts(self, /) -> tuple[float, str, str]:
+        """
+        Travel in mm, and the names of stage and camera.
+        """
+    def grab(self, /) -> Any:
+        """
+        A frame whose exposure begins after this call: (rows, columns).
+        """
+    def home(self, /) -> None:
+        """
+        Homes the stage.
+        """
+    def move_to(self, /, position_mm: SupportsFloat | SupportsIndex) -> None:
+        """
+        Moves to a position in mm from home, and returns when the stage is at rest there.
+        """
+    def state(self, /) -> tuple[float | None, bool, bool]:
+        """
+        Position in mm, whether the stage moves, and whether it is at a limit switch.
+        """
+    def stop(self, /) -> None:
+        """
+        Stops the stage, also while another thread moves it.
+        """
+
+@final
+class Scan:
+    """
+    A scan whose frames are taken one after the other. When it is dropped, it ends after the frame in hand.
+    """
+    def __new__(cls, /, words: SupportsGetItem[int, str]) -> Scan:
+        """
+        Begins `capture` or `resume` with these words.
+        """
+    def close(self, /) -> None:
+        """
+        Ends the scan after the frame in hand.
+        """
+    def next(self, /) -> tuple[int, Any, str] | None:
+        """
+        The next good frame: its index, the array of (rows, columns), and its facts as text (JSON). `None` at the end.
+        """
 
 def call(words: SupportsGetItem[int, str], progress: Any | None = None) -> str:
     """

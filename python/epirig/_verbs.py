@@ -1191,6 +1191,148 @@ def plan(
     return record
 
 
+class RigOptions:
+    """A rig, as its profile and these options describe it; nothing is connected yet.
+
+    The options are those of ``epirig capture``.
+
+    Parameters
+    ----------
+    rig
+        The rig's profile: a file; sim for the simulated rig, real for one with the faults of real
+        ones. Without it: ./rig.toml, else ~/.config/epirig/rig.toml, else none.
+    set
+        Change a key of the profile; may be repeated: set plan.step="2 mm".
+    step_mm
+        Distance between stops.
+    frames
+        Number of frames: one more than steps.
+    start_mm
+        Position of the first frame, from home. Without it: 0.
+    settle_ms
+        Time for which the stage vibrates after a move. Without it: 200.
+    average
+        Number of frames averaged at each stop, into one of 16 bit. Without it: 1.
+    wait_s
+        Longest wait for a device that has disconnected. Without it: 300.
+    focal_length_px
+        Focal length of the lens; a value in mm needs sensor_width.
+    port
+        The port: a path, usb:SERIAL or usb:VID:PID; by default the only USB serial port [env:
+        EPIRIG_PORT].
+    driver
+        The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in
+        memory [env: EPIRIG_DRIVER]. Without it: native.
+    approach_mm
+        Unidirectional approach against backlash: distance below each position from which it is
+        approached. Without it: 0.
+    tolerance_mm
+        Allowed error of the reported position, beyond half a step. Without it: 0.
+    velocity_mm_s
+        Velocity of a long move (native, sim).
+    acceleration_mm_s2
+        Acceleration and deceleration (native, sim).
+    axis
+        The axis of the stage (grbl). Without it: x.
+    device
+        Number of the device in its chain (zaber). Without it: 1.
+    microstep_um
+        Length of a microstep, from the data sheet; required (zaber).
+    travel_mm
+        Length of the travel; positions go from 0 to this (sim). Without it: 200.
+    position_noise_um
+        Standard deviation of the position at rest (sim). Without it: 0.
+    backlash_um
+        Backlash: play between screw and nut (sim). Without it: 0.
+    transcript
+        Record every byte in FILE (``epirig decode`` reads it); one that exists is refused.
+    camera
+        The camera; by default the only one. sim shows the simulated object, replay:FOLDER shows the
+        frames of a sequence [env: EPIRIG_CAMERA].
+    format
+        Pixel format; by default the deepest uncompressed grey.
+    size
+        Columns and rows; by default the largest size.
+    rate_hz
+        Frames per second; by default not changed.
+    exposure_us
+        Exposure time; under lamps on mains, whole half periods of the mains (10 ms at 50 Hz).
+    bayer
+        Use of a colour mosaic: the sum of the two green pixels of each cell, or of all four.
+    patience_s
+        Longest wait for a good frame, and for a steady picture. Without it: 10.
+    control
+        A control and its value, as often as needed: control gain=10.
+    """
+
+    def __init__(
+        self,
+        *,
+        rig: Place | None = None,
+        set: Several[str] = (),
+        step_mm: str | float | None = None,
+        frames: str | float | None = None,
+        start_mm: str | float | None = None,
+        settle_ms: str | float | None = None,
+        average: str | float | None = None,
+        wait_s: str | float | None = None,
+        focal_length_px: str | float | None = None,
+        port: str | float | None = None,
+        driver: Literal["native", "grbl", "zaber", "sim"] | None = None,
+        approach_mm: str | float | None = None,
+        tolerance_mm: str | float | None = None,
+        velocity_mm_s: str | float | None = None,
+        acceleration_mm_s2: str | float | None = None,
+        axis: Literal["x", "y", "z"] | None = None,
+        device: str | float | None = None,
+        microstep_um: str | float | None = None,
+        travel_mm: str | float | None = None,
+        position_noise_um: str | float | None = None,
+        backlash_um: str | float | None = None,
+        transcript: Place | None = None,
+        camera: str | float | None = None,
+        format: str | float | None = None,
+        size: str | float | None = None,
+        rate_hz: str | float | None = None,
+        exposure_us: str | float | None = None,
+        bayer: Literal["green", "binned"] | None = None,
+        patience_s: str | float | None = None,
+        control: Several[str] = (),
+    ) -> None:
+        self._words = words(
+            ("--rig", rig, None),
+            ("--set", set, ()),
+            ("--step-mm", step_mm, None),
+            ("--frames", frames, None),
+            ("--start-mm", start_mm, None),
+            ("--settle-ms", settle_ms, None),
+            ("--average", average, None),
+            ("--wait-s", wait_s, None),
+            ("--focal-length-px", focal_length_px, None),
+            ("--port", port, None),
+            ("--driver", driver, None),
+            ("--approach-mm", approach_mm, None),
+            ("--tolerance-mm", tolerance_mm, None),
+            ("--velocity-mm-s", velocity_mm_s, None),
+            ("--acceleration-mm-s2", acceleration_mm_s2, None),
+            ("--axis", axis, None),
+            ("--device", device, None),
+            ("--microstep-um", microstep_um, None),
+            ("--travel-mm", travel_mm, None),
+            ("--position-noise-um", position_noise_um, None),
+            ("--backlash-um", backlash_um, None),
+            ("--transcript", transcript, None),
+            ("--camera", camera, None),
+            ("--format", format, None),
+            ("--size", size, None),
+            ("--rate-hz", rate_hz, None),
+            ("--exposure-us", exposure_us, None),
+            ("--bayer", bayer, None),
+            ("--patience-s", patience_s, None),
+            ("--control", control, ()),
+        )
+
+
 class SequenceVerbs:
     """The verbs that work on a sequence."""
 

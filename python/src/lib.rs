@@ -6,6 +6,7 @@ mod arrays;
 mod errors;
 mod matching;
 mod results;
+mod rig;
 mod verbs;
 mod work;
 
@@ -20,6 +21,8 @@ mod _native {
     use super::matching::{match_array, validity_classes};
     #[pymodule_export]
     use super::results::{map_names, read_map, result_map};
+    #[pymodule_export]
+    use super::rig::{Connection, Scan};
     #[pymodule_export]
     use super::verbs::{call, run, verbs};
 }

@@ -6,7 +6,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use epirig::cli::embedded::{Refusal, interrupt};
+use epirig::cli::embedded::{CalledFrom, Refusal, interrupt};
 use epirig_core::progress::Progress;
 use epirig_matcher::MatchError;
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use crate::errors::exception;
 
 /// How often the waiting thread looks.
-const EVERY: Duration = Duration::from_millis(50);
+pub(crate) const EVERY: Duration = Duration::from_millis(50);
 
 /// What the work tells; shared by the work and the thread that waits for it.
 #[derive(Default)]
@@ -60,12 +60,24 @@ impl Progress for Told {
     }
 }
 
+impl CalledFrom for Told {}
+
 /// Does `work` without Python's lock. `progress` is called with what is done, how many parts of it are, and of how
 /// many. An exception of it, or of a signal's handler, cancels the work, and is raised once that has ended. For Ctrl-C
 /// the work itself says how it ended.
 pub(crate) fn done<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(Arc<Told>) -> Result<T, Refusal> + Send,
+) -> PyResult<T> {
+    done_with(py, progress, &interrupt, work)
+}
+
+/// The same, where `stop` also ends the work each time that an exception wants it.
+pub(crate) fn done_with<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    stop: &(dyn Fn() + Sync),
     work: impl FnOnce(Arc<Told>) -> Result<T, Refusal> + Send,
 ) -> PyResult<T> {
     let told = Arc::new(Told::default());
@@ -84,7 +96,7 @@ pub(crate) fn done<T: Send>(
             while let Err(RecvTimeoutError::Timeout) = end.recv_timeout(EVERY) {
                 if let Err(error) = Python::attach(|py| heard.look(py)) {
                     heard.told.cancelled.store(true, Ordering::Relaxed);
-                    interrupt();
+                    stop();
                     raised.get_or_insert(error);
                 }
             }
@@ -94,17 +106,25 @@ pub(crate) fn done<T: Send>(
     });
     let raised = raised.or_else(|| heard.hand_on(py).err());
     match (found, raised) {
-        (Err(refusal), Some(error)) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
-            let ended = exception(py, refusal);
-            ended.set_cause(py, Some(error));
-            Err(ended)
-        }
-        (Ok(_), Some(error)) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
-            Err(exception(py, Refusal::of(MatchError::Cancelled)))
-        }
-        (_, Some(error)) => Err(error),
+        (found, Some(error)) => Err(interrupted(py, found, error)),
         (found, None) => found.map_err(|refusal| exception(py, refusal)),
     }
+}
+
+/// What is raised after `error` has ended work: for Ctrl-C what the work says of its end, as an interruption.
+pub(crate) fn interrupted<T>(py: Python<'_>, found: Result<T, Refusal>, error: PyErr) -> PyErr {
+    if !error.is_instance_of::<PyKeyboardInterrupt>(py) {
+        return error;
+    }
+    let Refusal { exit_code, kind, .. } = Refusal::of(MatchError::Cancelled);
+    let refusal = match found {
+        Ok(_) => Refusal::of(MatchError::Cancelled),
+        Err(refusal) if refusal.kind == "resumable" => refusal,
+        Err(refusal) => Refusal { exit_code, kind, ..refusal },
+    };
+    let ended = exception(py, refusal);
+    ended.set_cause(py, Some(error));
+    ended
 }
 
 /// What the waiting thread hears, and whom it tells.

@@ -13,16 +13,28 @@ use serde_json::{Value, json};
 use super::failure::code;
 use super::match_arguments::MatchArguments;
 use super::need::check_match;
+use super::rig::RigArguments;
 use super::{Cli, CliError, Talk, numbers};
 use crate::pipeline::Frames;
+use crate::profile::Profile;
 use epirig_core::fault::{Blame, Fault};
+use epirig_core::frame::Frame;
 use epirig_core::progress::{Progress, Silent};
+use epirig_data::sequence::FrameFacts;
 use epirig_matcher::{DisparityRange, MatchOptions};
 
 pub use super::interrupt::interrupt;
 
 /// Who calls a verb: is told of its progress and its remarks, and may cancel it.
-pub type Caller = Arc<dyn Progress + Send + Sync>;
+pub type Caller = Arc<dyn CalledFrom>;
+
+/// What a caller hears of a verb: its progress and remarks; of a scan, each good frame, too.
+pub trait CalledFrom: Progress + Send + Sync {
+    /// A frame of the scan is good, and on its way to the disk.
+    fn frame(&self, _index: usize, _frame: &Frame, _facts: &FrameFacts) {}
+}
+
+impl CalledFrom for Silent {}
 
 /// Why a verb failed.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +86,19 @@ pub fn call(words: impl IntoIterator<Item = OsString>, caller: Caller) -> Result
     let talk = Talk::to_caller(caller);
     cli.verb.run_logged(&talk)?;
     Ok(talk.into_result().unwrap_or(Value::Null))
+}
+
+/// The profile of a rig from the options of `capture`: `["--rig", "sim", "--set", "plan.frames=21"]`.
+///
+/// # Errors
+/// [`Refusal`], with the texts of the command line.
+pub fn profile(words: impl IntoIterator<Item = OsString>) -> Result<Profile, Refusal> {
+    let program = RigArguments::augment_args(Command::new("rig").no_binary_name(true));
+    let parsed = program.clone().try_get_matches_from(words);
+    let arguments = parsed
+        .and_then(|mut found| RigArguments::from_arg_matches_mut(&mut found))
+        .map_err(|error| Refusal::of_options(error, &program))?;
+    Ok(arguments.profile()?)
 }
 
 /// The matcher's options from those of `match`: `["--method", "normalised"]`.
@@ -167,6 +192,8 @@ mod tests {
 
     #[derive(Default)]
     struct Told(Mutex<Vec<String>>);
+
+    impl CalledFrom for Told {}
 
     impl Progress for Told {
         fn begin(&self, what: &str, _total: u64) {

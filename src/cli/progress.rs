@@ -17,7 +17,10 @@ use super::embedded::Caller;
 use super::failure::Failure;
 use super::lines::wrapped;
 use super::{CliError, colours};
+use crate::capture::ScanWatcher;
+use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
+use epirig_data::sequence::{FrameFacts, FrameKind};
 
 /// The progress bar on the screen. All lines, log lines too, are printed by [`tell`], which hides the bar
 /// meanwhile.
@@ -273,6 +276,14 @@ impl Progress for Talk {
 
     fn cancelled(&self) -> bool {
         self.caller.as_ref().is_some_and(|heard| heard.caller.cancelled())
+    }
+}
+
+impl ScanWatcher for Talk {
+    fn frame(&self, kind: FrameKind, index: usize, frame: &Frame, facts: &FrameFacts) {
+        if let Some(heard) = self.caller.as_ref().filter(|_| kind == FrameKind::Scan) {
+            heard.caller.frame(index, frame, facts);
+        }
     }
 }
 

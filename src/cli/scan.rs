@@ -8,7 +8,7 @@ use super::need::{close_others, refuse_more_than_there_is};
 use super::rig::{Hands, Stages};
 use super::{CliError, Talk, interrupt, log};
 use crate::calibrate::CALIBRATION;
-use crate::capture::{self, CapturePlan, PauseSwitch, Rig, Unwatched};
+use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
 use crate::doctor::{Verdict, check_disk};
 use crate::pipeline::capture_need;
 use crate::profile::Profile;
@@ -94,7 +94,7 @@ pub(super) fn scan(
         assistant: &mut Hands { talk, view: devices.view.clone() },
         pause,
         progress: talk,
-        watcher: &Unwatched,
+        watcher: talk,
     };
     let before = Sequence::open(folder).map_or(0, |sequence| sequence.frames().len());
     let taken = match course {

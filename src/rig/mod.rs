@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bench;
 mod calibration;
 mod camera;
 mod error;
@@ -22,6 +23,7 @@ mod plan;
 mod simulator;
 mod stage;
 
+pub use bench::Bench;
 pub use calibration::{calibration_plan, can_be_calibrated};
 pub use camera::{camera_settings, open_camera};
 pub use error::RigError;

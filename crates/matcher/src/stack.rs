@@ -15,23 +15,6 @@ use super::options::{MatchError, MatchOptions};
 ///
 /// The samples are copied once, into the order in which they are matched. Frames are equidistant on the
 /// baseline unless [`at`](Self::at) says where they were taken.
-///
-/// ```
-/// use epirig_matcher::{MatchOptions, Stack, disparity};
-///
-/// let (frames, rows, columns) = (15, 24, 64);
-/// let wave = |x: f64, y: f64| 120.0 + 60.0 * (0.9 * x + y).sin() + 50.0 * (0.37 * x - 2.0 * y).sin();
-/// let mut samples = Vec::new();
-/// for t in 0..frames {
-///     for y in 0..rows {
-///         samples.extend((0..columns).map(|x| wave(x as f64 - 6.0 * t as f64 / 14.0, y as f64) as u8));
-///     }
-/// }
-/// let stack = Stack::from_u8(&samples, [frames, rows, columns])?;
-/// let maps = disparity(&stack, &MatchOptions::default())?;
-/// assert!((maps.disparity.at(30, 12) - 6.0).abs() < 0.01);
-/// # Ok::<(), epirig_matcher::MatchError>(())
-/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stack {
     volume: Volume,

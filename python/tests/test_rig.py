@@ -1,0 +1,95 @@
+"""A simulated rig by hand, and its scans frame by frame."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import epirig
+
+SMALL = ["camera.size=96x64", "plan.settle=20 ms", "plan.frames=11", "plan.step=3 mm"]
+# In real time, but quick.
+REAL = ["sim.real_time=true", "stage.velocity=100 mm/s", "stage.acceleration=1000 mm/s2"]
+
+
+def test_stage_and_camera_are_moved_by_hand() -> None:
+    rig = epirig.Rig(rig="sim", set=SMALL)
+    with pytest.raises(epirig.OptionError, match="not connected"):
+        rig.home()
+    with rig:
+        assert rig.position_mm is None and not rig.moving and rig.travel_mm >= 150
+        rig.home()
+        assert rig.position_mm == pytest.approx(0, abs=1e-3)
+        first = rig.grab()
+        assert first.shape == (64, 96)
+        rig.move_to(20)
+        assert rig.position_mm == pytest.approx(20, abs=0.01)
+        assert np.mean(rig.grab() != first) > 0.2
+        with pytest.raises(epirig.EpirigError, match="outside"):
+            rig.move_to(-5)
+        assert all(rig.names)
+    with pytest.raises(epirig.OptionError, match="not connected"):
+        rig.grab()
+
+
+def test_a_rig_that_is_not_there_is_a_device_error(tmp_path: Path) -> None:
+    with pytest.raises(epirig.DeviceError) as caught:
+        epirig.Rig(port=str(tmp_path / "none"), camera="sim").connect()
+    assert caught.value.exit_code == 3
+    with pytest.raises(epirig.EpirigError, match="there is no key stage.colour"):
+        epirig.Rig(rig="sim", set=["stage.colour=red"]).connect()
+
+
+def test_frames_come_as_they_are_taken(tmp_path: Path) -> None:
+    taken = list(epirig.Rig(rig="sim", set=SMALL).capture(tmp_path / "seq"))
+    assert [frame.index for frame in taken] == list(range(11))
+    sequence = epirig.Sequence(tmp_path / "seq")
+    assert sequence.ended == "complete"
+    assert np.array_equal(np.stack([frame.image for frame in taken]), sequence.frames())
+    assert sequence.positions_mm is not None
+    assert [frame.reported_mm for frame in taken] == pytest.approx(list(sequence.positions_mm))
+    assert all(frame.certificate for frame in taken)
+
+
+def test_who_leaves_early_can_resume(tmp_path: Path) -> None:
+    rig = epirig.Rig(rig="sim", set=[*SMALL, *REAL])
+    for frame in rig.capture(tmp_path / "seq"):
+        if frame.index == 3:
+            break
+    # The generator is closed here, and the scan with it.
+    begun = epirig.Sequence(tmp_path / "seq")
+    assert 4 <= len(begun) < 11 and begun.ended == "aborted"
+    rest = [frame.index for frame in rig.resume(begun)]
+    assert rest == list(range(len(begun), 11))
+    assert epirig.Sequence(tmp_path / "seq").verify()["findings"] == []
+
+
+def test_ctrl_c_in_the_loop_leaves_a_scan_to_resume(tmp_path: Path) -> None:
+    rig = epirig.Rig(rig="sim", set=[*SMALL, *REAL])
+    with pytest.raises(KeyboardInterrupt):
+        for frame in rig.capture(tmp_path / "seq"):
+            if frame.index == 2:
+                os.kill(os.getpid(), signal.SIGINT)
+    assert epirig.Sequence(tmp_path / "seq").ended == "aborted"
+
+
+def test_ctrl_c_and_other_threads_stop_a_stage_that_moves() -> None:
+    slow = [*SMALL, *REAL, "stage.velocity=20 mm/s"]
+    with epirig.Rig(rig="sim", set=slow) as rig:
+        rig.home()
+        for stop in (lambda: os.kill(os.getpid(), signal.SIGINT), rig.stop):
+            thread = threading.Timer(0.5, stop)
+            thread.start()
+            begun = time.monotonic()
+            with pytest.raises((epirig.Interrupted, epirig.DeviceError)):
+                rig.move_to(150)
+            thread.join()
+            # 150 mm take 7 seconds.
+            assert time.monotonic() - begun < 6 and not rig.moving
+            rig.move_to(1)
