@@ -61,7 +61,7 @@ pub struct LockingSummary {
 
 impl From<PixelLocking> for LockingSummary {
     fn from(locking: PixelLocking) -> Self {
-        let LockingAmplitudes { harmonics, from_lines } = locking.amplitudes;
+        let LockingAmplitudes { harmonics, from_lines, .. } = locking.amplitudes;
         let each = |value: fn(&LockingHarmonic) -> f64| harmonics.iter().map(value).collect();
         Self {
             interpolation_px: each(|harmonic| harmonic.interpolation_px),

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the fit took off because light changed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LightChange {
     /// Deviation of the frames' gains from their mean (root mean square), as a share of the light;
     /// 0 if it is no more than chance.

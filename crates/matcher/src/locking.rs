@@ -12,6 +12,7 @@ pub(crate) const LOCKING_HARMONICS: usize = 2;
 
 /// Displacement of points by one harmonic of the fraction of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct LockingHarmonic {
     /// Amplitude, in px, of the error of interpolation, which attenuates texture near two pixels per period;
     /// at any disparity.
@@ -27,6 +28,7 @@ pub struct LockingHarmonic {
 
 /// The amplitudes of pixel locking, as measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct LockingAmplitudes {
     /// The harmonics, the first first.
     pub harmonics: [LockingHarmonic; LOCKING_HARMONICS],
@@ -40,6 +42,7 @@ pub struct LockingAmplitudes {
 
 /// The effect of pixel locking on the disparities of a match.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PixelLocking {
     /// The measured amplitudes.
     pub amplitudes: LockingAmplitudes,

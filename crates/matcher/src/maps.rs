@@ -18,6 +18,7 @@ epirig_core::choices! {
 
 /// The matcher's result: maps of rows x columns over the pixels of the reference frame.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct DisparityMaps {
     /// Disparity in px over the whole baseline, signed; NaN where there is no answer.
     pub disparity: Grid<f32>,

@@ -192,6 +192,7 @@ impl Matcher {
 
 /// Maps by discs of one size, in px over the whole baseline; rows x columns.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct EqualDiscs {
     /// Disparity; NaN without an answer.
     pub disparity: Grid<f32>,

@@ -12,6 +12,7 @@ use epirig_core::volume::Volume;
 
 epirig_core::choices! {
     /// The cost of a candidate: how badly the samples along its line agree.
+    #[non_exhaustive]
     pub enum Method {
         /// Variance of the intensities along the line; needs equal illumination.
         ///
@@ -52,6 +53,7 @@ impl Method {
 
 epirig_core::choices! {
     /// How the candidates of a pixel are searched.
+    #[non_exhaustive]
     pub enum Search {
         /// Sums over groups of neighbouring frames serve many candidates: many times faster.
         ///
@@ -69,6 +71,7 @@ epirig_core::choices! {
 /// The frame whose pixels are given a disparity. Records (serde) have `first`, `middle`, `last` or the index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum ReferenceFrame {
     /// The first frame: disparity belongs to (i, y), as in the paper.
     First,
@@ -83,6 +86,7 @@ pub enum ReferenceFrame {
 
 epirig_core::choices! {
     /// Whether the mapping from the first to the last frame must be strictly increasing.
+    #[non_exhaustive]
     pub enum OrderingConstraint {
         /// Points keep their order: the paper's strictly increasing mapping.
         ///
@@ -97,6 +101,7 @@ epirig_core::choices! {
 
 epirig_core::choices! {
     /// Whether points may be occluded in part of the sequence.
+    #[non_exhaustive]
     pub enum Occlusion {
         /// Nothing is occluded: all frames that contain the candidate count.
         None = "none",

@@ -12,6 +12,7 @@ use epirig_core::volume::Volume;
 
 /// Agreement of the answers of the first frame with those of the last.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[non_exhaustive]
 pub struct BothWaysReport {
     /// Share of the first frame's pixels that are answered with a point inside the last frame.
     pub carried: f64,

@@ -46,6 +46,7 @@ impl Fault for LeaveOutError {
 
 /// Errors of the predicted left-out frames, over all of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LeaveOutReport {
     /// Indices of the frames that were left out.
     pub frames: Vec<usize>,

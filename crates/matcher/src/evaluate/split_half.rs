@@ -36,6 +36,7 @@ pub struct Differences {
 
 /// Agreement of the halves of a sequence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SplitHalfReport {
     /// Frames of the two halves, the reference frame in both.
     pub frames: [usize; 2],

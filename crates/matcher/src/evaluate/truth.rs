@@ -30,6 +30,7 @@ impl Fault for SizeMismatch {
 
 /// Errors of a set of pixels, in px; zeros if no pixel is answered.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[non_exhaustive]
 pub struct ErrorStatistics {
     /// Pixels with a truth.
     pub pixels: usize,
@@ -56,6 +57,7 @@ pub struct ErrorStatistics {
 /// Errors over all pixels with a truth, and over those whose point is in the image in both the first and the
 /// last frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TruthReport {
     /// All pixels with a truth.
     pub all: ErrorStatistics,
