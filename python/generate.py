@@ -54,7 +54,7 @@ from typing import TYPE_CHECKING, Any, Literal, Union
 
 from numpy.typing import ArrayLike
 
-from ._call import Progress, call, words
+from ._call import REQUIRED, Progress, call, words
 from ._maps import Maps, matched
 from ._results import Results, Surface
 
@@ -73,7 +73,8 @@ MATCH_ARRAY = '''def match_array(
 ) -> Maps:
     """Disparity of every pixel of the reference frame, with its standard uncertainty.
 
-    A point moves along its row from frame to frame; frames whose points also move across rows are to be
+    The disparity is that over the whole baseline, from the first to the last of these frames, in px: positive
+    if a point moves to the right. A point moves along its row from frame to frame; frames whose points also move across rows are to be
     rectified before. The options are those of ``epirig match``, with its defaults.
 
     >>> import epirig
@@ -91,7 +92,8 @@ MATCH_ARRAY = '''def match_array(
         Array of (frames, rows, columns), or a sequence of arrays of (rows, columns), of uint8, uint16 or
         floating point. Any layout in memory and order of bytes will do; memory-mapped files are read once
         (twice if they are floating point). The frames are copied before the match begins. Floating point
-        may have any unit: the largest sample is full scale.
+        may have any unit: the largest sample becomes 65535 DN, and zero (or the smallest, if that is
+        negative) 0 DN. So subtract a large offset, and clip single samples that outshine all others.
     tau
         Position of each frame on the baseline, increasing, in any unit. Without it: equal steps.
     mask
@@ -132,8 +134,10 @@ RIG = '''class RigOptions:
 {given}        )
 '''
 
+# May hold the name of a section in brackets.
+DEFAULT = r"\s*\[default: ((?:[^\[\]]|\[[^\]]*\])*)\]"
 PROGRESS = "progress: Progress | None = None"
-TYPES = {"number": "float", "whole": "int", "path": "Place", "range": "tuple[float, float] | str", "text": "str | float"}
+TYPES = {"number": "float", "whole": "int", "path": "Place", "range": "Several[float] | str", "text": "str | float"}
 
 
 def name_of(option: Json) -> str:
@@ -145,7 +149,8 @@ def type_of(option: Json) -> str:
         return "bool"
     if option["choices"]:
         names = ", ".join(json.dumps(choice["name"]) for choice in option["choices"])
-        return f"Literal[{names}]"
+        digits = all(choice["name"].isdigit() for choice in option["choices"])
+        return f"Literal[{names}]" + (" | int" if digits else "")
     kind = TYPES[option["kind"]]
     if option["many"] and kind == "str | float":
         kind = "str"
@@ -153,7 +158,9 @@ def type_of(option: Json) -> str:
         kind = 'Literal["first", "middle", "last"] | int'
     elif option["kind"] == "text" and "," in (option["value"] or ""):
         kind = "Several[float] | str"
-    return f"Several[{kind}]" if option["many"] else kind
+    if not option["many"]:
+        return kind
+    return "Place | Several[Place]" if kind == "Place" else f"Several[{kind}]"
 
 
 def default_of(option: Json) -> str:
@@ -162,7 +169,9 @@ def default_of(option: Json) -> str:
         return "()"
     if option["kind"] == "flag":
         return "False"
-    if text is None or option["required"]:
+    if option["required"]:
+        return "REQUIRED"
+    if text is None:
         return "None"
     if option["kind"] in ("number", "whole"):
         return f'float("{text}")' if text in ("inf", "NaN") else str(text)
@@ -187,10 +196,10 @@ def in_python(text: str) -> str:
 
 def documented(option: Json, indent: int) -> str:
     help_text = option["help"] or ""
-    default = re.search(r"\[default: ([^\]]*)\]", help_text, flags=re.S)
-    text = in_python(re.sub(r"\s*\[default: [^\]]*\]", "", help_text, flags=re.S)).rstrip(".")
+    default = re.search(DEFAULT, help_text, flags=re.S)
+    text = in_python(re.sub(DEFAULT, "", help_text, flags=re.S)).rstrip(".")
     text = f"{text}." if text else ""
-    if default and option["default"] is None:
+    if default and option["default"] is None and not option["required"]:
         text += f" Without it: {in_python(default.group(1))}."
 
     def fill(words: str, first: str) -> str:
@@ -214,7 +223,7 @@ def words_of(options: list[Json], indent: int, own: str | None = None) -> str:
 
 
 def function(verb: Json, name: str, gives: str, made: str, method: bool) -> str:
-    options = [option for option in verb["options"] if not (option["hidden"])]
+    options = [option for option in verb["options"] if not option["hidden"] and option["name"] != "dry_run"]
     if "(out)" in made:
         # A sequence is told where it is.
         options = [{**option, "required": option["required"] or option["name"] == "out"} for option in options]
@@ -229,7 +238,7 @@ def function(verb: Json, name: str, gives: str, made: str, method: bool) -> str:
     lines = [*(["self"] if method else []), *first, "*", *rest, PROGRESS]
     signature = "".join(f"{inner}{line},\n" for line in lines)
     help_text = in_python(verb["help"]).rstrip(".")
-    listed = "\n".join(documented(option, indent + 4) for option in own)
+    listed = "".join(documented(option, indent + 4) + "\n" for option in own)
     local = [] if method or gives.startswith("dict") else [f"{inner}from ._sequence import Sequence\n\n"]
     local = local or ([f"{inner}from ._sequence import Sequence\n\n"] if gives == "Sequence" else [])
     record = "record: dict[str, Any] = " if "record" in made else ""
@@ -237,7 +246,7 @@ def function(verb: Json, name: str, gives: str, made: str, method: bool) -> str:
         f"{' ' * indent}def {name}(\n{signature}{' ' * indent}) -> {gives}:\n"
         f'{inner}"""{help_text}.\n\n'
         f"{inner}The same as ``epirig {verb['verb']}``.\n\n"
-        f"{inner}Parameters\n{inner}----------\n{listed}\n"
+        f"{inner}Parameters\n{inner}----------\n{listed}"
         f"{inner}progress\n{inner}    Called with what is done, how many parts of it are done, and of how many.\n"
         f'{inner}"""\n' + "".join(local) + f"{inner}{record}call(\n{inner}    \"{verb['verb']}\",\n{inner}    words(\n"
         + words_of(places + named, indent + 12, own_place)

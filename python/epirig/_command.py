@@ -12,7 +12,8 @@ def main() -> int:
     """Runs the program with the arguments of this process."""
     # The program hears Ctrl-C itself.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    sys.stdout.flush()
+    if sys.stdout is not None:
+        sys.stdout.flush()
     return _native.run(["epirig", *sys.argv[1:]])
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._call import Progress
+from ._errors import DataError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +23,7 @@ VALIDITY: MappingProxyType[int, str] = MappingProxyType(dict(_native.validity_cl
 ANSWERED = next(value for value, name in VALIDITY.items() if name == "answered")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Maps:
     """Maps of (rows, columns) over the pixels of the reference frame. The arrays own their memory."""
 
@@ -57,9 +58,32 @@ class Maps:
         """Share of the pixels of each validity, by its name; they add up to 1."""
         return {name: float(np.mean(self.validity == value)) for value, name in VALIDITY.items()}
 
-    def plot(self, axes: Axes | None = None) -> Axes:
-        """Draws the disparity with its scale in px; needs matplotlib."""
-        return draw(self.disparity, "Disparity", "px", axes)
+    def __repr__(self) -> str:
+        rows, columns = self.disparity.shape
+        answered, (low, high) = self.answered.mean(), self.range_px
+        return f"<Maps of {rows} rows x {columns} columns, {answered:.1%} answered, {low:g} .. {high:g} px searched>"
+
+    def plot(self, name: str = "disparity", axes: Axes | None = None) -> Axes:
+        """Draws a map with its scale: disparity, sigma, cost or confidence; needs matplotlib."""
+        titles = {row[0]: row[1:] for row in _native.map_names("match")}
+        return draw(getattr(self, name), *titles[name], axes)
+
+
+def _plain(name: str, given: ArrayLike, dimensions: int, kinds: str) -> NDArray[Any]:
+    """The argument as an array of numbers with so many dimensions."""
+    array = np.asarray(given)
+    if np.ma.isMaskedArray(given):
+        why = "a masked array, whose mask would be lost"
+    elif array.ndim != dimensions:
+        why = f"of {array.ndim} dimension(s)"
+    elif array.dtype.kind not in kinds:
+        why = f"of {array.dtype}"
+    elif array.dtype.kind == "f" and np.isnan(array).any():
+        why = "NaN in places"
+    else:
+        return array
+    what = {1: "a number for each frame", 2: "(rows, columns) of bool"}[dimensions]
+    raise DataError(f"{name} is {why}; give {what}", 5, "data")
 
 
 def draw(values: NDArray[np.float32], title: str, unit: str, axes: Axes | None) -> Axes:
@@ -87,8 +111,8 @@ def matched(
     progress: Progress | None,
 ) -> Maps:
     """The match itself, with the options as words of the command line."""
-    places = None if tau is None else [float(place) for place in np.asarray(tau).ravel()]
-    inside = None if mask is None else np.asarray(mask).astype(bool)
+    places = None if tau is None else _plain("tau", tau, 1, "iuf").astype(float).tolist()
+    inside = None if mask is None else _plain("mask", mask, 2, "biuf").astype(bool)
     disparity, sigma, cost, confidence, validity, text = _native.match_array(
         frames, options, places, inside, progress
     )

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
+from ._errors import DataError
 from ._maps import ANSWERED, draw
 
 if TYPE_CHECKING:
@@ -23,11 +24,24 @@ class _Folder:
     _verb: str
 
     def __init__(self, folder: str | os.PathLike[str], record: dict[str, Any] | None = None) -> None:
-        self.folder = Path(folder)
+        self.folder = Path(folder).absolute()
         """Where the results are."""
-        path = self.folder / f"{self._verb}.json"
-        self.record: dict[str, Any] = json.loads(path.read_text()) if record is None else record
-        """The record, as ``--json`` prints it."""
+        self._bytes = self._record_bytes()
+        try:
+            self.record: dict[str, Any] = json.loads(self._bytes) if record is None else record
+            """The record, as ``--json`` prints it."""
+        except ValueError as error:
+            raise DataError(f"{self._path}: it is no record: {error}", 5, "data") from error
+
+    @property
+    def _path(self) -> Path:
+        return self.folder / f"{self._verb}.json"
+
+    def _record_bytes(self) -> bytes:
+        try:
+            return self._path.read_bytes()
+        except OSError as error:
+            raise DataError(f"{self.folder} has no results of {self._verb}: {error}", 5, "data") from error
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({str(self.folder)!r})"
@@ -40,9 +54,14 @@ class _Folder:
 
     def map(self, name: str) -> NDArray[np.float32]:
         """A map by its name; NaN where there is no value. It is compared with its hash in the record."""
-        found: NDArray[np.float32] | None = _native.result_map(self.folder, name) if name in self.maps else None
+        if name not in self.maps:
+            raise KeyError(f"there is no map {name}; there are {', '.join(self.maps)}")
+        if self._record_bytes() != self._bytes:
+            raise DataError(f"{self.folder} has other results than these by now; open it again", 5, "data")
+        found: NDArray[np.float32] | None = _native.result_map(self.folder, name)
         if found is None:
-            raise KeyError(f"{self.folder} has no map {name}; there may be {', '.join(self.maps)}")
+            hint = "; heights need the focal length and the positions" if "height" in name else ""
+            raise DataError(f"{self.folder} has no map {name}{hint}", 5, "data")
         return found
 
     def plot(self, name: str, axes: Axes | None = None) -> Axes:

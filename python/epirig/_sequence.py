@@ -21,12 +21,12 @@ class Sequence(SequenceVerbs):
 
     Raises
     ------
-    epirig.DataError
-        If there is no sequence in the folder.
+    epirig.EpirigError
+        If there is no sequence in the folder, or it cannot be read.
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.folder = Path(folder)
+        self.folder = Path(folder).absolute()
         """The folder."""
         facts: dict[str, Any] = json.loads(_native.sequence_facts(self.folder))
         self.record: dict[str, Any] = facts["record"]

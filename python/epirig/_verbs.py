@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Union
 
 from numpy.typing import ArrayLike
 
-from ._call import Progress, call, words
+from ._call import REQUIRED, Progress, call, words
 from ._maps import Maps, matched
 from ._results import Results, Surface
 
@@ -26,7 +26,7 @@ def match_array(
     mask: ArrayLike | None = None,
     quick: bool = False,
     method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
-    range: tuple[float, float] | str | None = None,
+    range: Several[float] | str | None = None,
     reference: Literal["first", "middle", "last"] | int = "middle",
     disparity_step: float = 0.25,
     window: int | None = None,
@@ -44,7 +44,8 @@ def match_array(
 ) -> Maps:
     """Disparity of every pixel of the reference frame, with its standard uncertainty.
 
-    A point moves along its row from frame to frame; frames whose points also move across rows are to be
+    The disparity is that over the whole baseline, from the first to the last of these frames, in px: positive
+    if a point moves to the right. A point moves along its row from frame to frame; frames whose points also move across rows are to be
     rectified before. The options are those of ``epirig match``, with its defaults.
 
     >>> import epirig
@@ -62,7 +63,8 @@ def match_array(
         Array of (frames, rows, columns), or a sequence of arrays of (rows, columns), of uint8, uint16 or
         floating point. Any layout in memory and order of bytes will do; memory-mapped files are read once
         (twice if they are floating point). The frames are copied before the match begins. Floating point
-        may have any unit: the largest sample is full scale.
+        may have any unit: the largest sample becomes 65535 DN, and zero (or the smallest, if that is
+        negative) 0 DN. So subtract a large offset, and clip single samples that outshine all others.
     tau
         Position of each frame on the baseline, increasing, in any unit. Without it: equal steps.
     mask
@@ -161,14 +163,14 @@ def match_array(
 
 
 def import_images(
-    images: Several[Place],
+    images: Place | Several[Place],
     *,
     out: Place,
     every: int = 1,
     sort: Literal["name", "time", "given", "motion"] = "name",
     frames: str | float | None = None,
     exclude: Several[Several[float] | str] = (),
-    rotate: Literal["0", "90", "180", "270"] = "0",
+    rotate: Literal["0", "90", "180", "270"] | int = "0",
     positions: Place | None = None,
     step_mm: float | None = None,
     bit_depth: int | None = None,
@@ -249,7 +251,7 @@ def import_images(
         "import",
         words(
             (None, images, ()),
-            ("--out", out, None),
+            ("--out", out, REQUIRED),
             ("--every", every, 1),
             ("--sort", sort, "name"),
             ("--frames", frames, None),
@@ -275,7 +277,6 @@ def import_images(
 def capture(
     *,
     out: Place,
-    dry_run: bool = False,
     anyway: bool = False,
     rig: Place | None = None,
     set: Several[str] = (),
@@ -317,8 +318,6 @@ def capture(
     ----------
     out
         Folder of the new sequence.
-    dry_run
-        Connect to the rig and print the plan, without moving anything.
     anyway
         Begin even if the disk may be too small.
     rig
@@ -394,8 +393,7 @@ def capture(
     call(
         "capture",
         words(
-            ("--out", out, None),
-            ("--dry-run", dry_run, False),
+            ("--out", out, REQUIRED),
             ("--anyway", anyway, False),
             ("--rig", rig, None),
             ("--set", set, ()),
@@ -442,7 +440,7 @@ def resume(
     measure: bool = False,
     quick: bool = False,
     method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
-    range: tuple[float, float] | str | None = None,
+    range: Several[float] | str | None = None,
     reference: Literal["first", "middle", "last"] | int = "middle",
     disparity_step: float = 0.25,
     window: int | None = None,
@@ -543,7 +541,7 @@ def resume(
     call(
         "resume",
         words(
-            (None, sequence, None),
+            (None, sequence, REQUIRED),
             ("--port", port, None),
             ("--camera", camera, None),
             ("--set", set, ()),
@@ -586,8 +584,7 @@ def demo(
     Parameters
     ----------
     out
-        Folder of the new sequence and its results. Without it: epirig-demo, or the first free name
-        of epirig-demo-2, ....
+        Folder of the new sequence and its results.
     scene
         The simulated object.
         - "tile": A 15 cm tile with hollows 0.2 mm deep, 1024 px, 101 frames.
@@ -607,7 +604,7 @@ def demo(
     call(
         "demo",
         words(
-            ("--out", out, None),
+            ("--out", out, REQUIRED),
             ("--scene", scene, "tile"),
             ("--size", size, None),
             ("--frames", frames, None),
@@ -619,7 +616,7 @@ def demo(
 
 
 def measure(
-    photos: Several[Place],
+    photos: Place | Several[Place],
     *,
     out: Place,
     overwrite: bool = False,
@@ -627,7 +624,7 @@ def measure(
     sort: Literal["name", "time", "given", "motion"] = "name",
     frames: str | float | None = None,
     exclude: Several[Several[float] | str] = (),
-    rotate: Literal["0", "90", "180", "270"] = "0",
+    rotate: Literal["0", "90", "180", "270"] | int = "0",
     positions: Place | None = None,
     step_mm: float | None = None,
     bit_depth: int | None = None,
@@ -641,7 +638,7 @@ def measure(
     link: bool = False,
     quick: bool = False,
     method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
-    range: tuple[float, float] | str | None = None,
+    range: Several[float] | str | None = None,
     reference: Literal["first", "middle", "last"] | int = "middle",
     disparity_step: float = 0.25,
     window: int | None = None,
@@ -789,7 +786,7 @@ def measure(
         "measure",
         words(
             (None, photos, ()),
-            ("--out", out, None),
+            ("--out", out, REQUIRED),
             ("--overwrite", overwrite, False),
             ("--every", every, 1),
             ("--sort", sort, "name"),
@@ -875,9 +872,9 @@ def compare(
     record: dict[str, Any] = call(
         "compare",
         words(
-            (None, first, None),
-            (None, second, None),
-            ("--out", out, None),
+            (None, first, REQUIRED),
+            (None, second, REQUIRED),
+            ("--out", out, REQUIRED),
             ("--overwrite", overwrite, False),
             ("--trend", trend, "plane"),
             ("--region", region, None),
@@ -1349,14 +1346,13 @@ class SequenceVerbs:
 
         Parameters
         ----------
-
         progress
             Called with what is done, how many parts of it are done, and of how many.
         """
         record: dict[str, Any] = call(
             "verify",
             words(
-                (None, self.folder, None),
+                (None, self.folder, REQUIRED),
             ),
             progress,
         )
@@ -1389,7 +1385,7 @@ class SequenceVerbs:
             Replace an existing calibration.
         lens
             Read the lens from a file: .yml or .yaml of OpenCV or ROS, or calibration.json of
-            another sequence]. Without it: from the board frames, else from [optics.
+            another sequence. Without it: from the board frames, else from [optics].
         export_lens
             Export the lens for another program: .yml for OpenCV, .yaml for ROS (camera_info).
         flat_field
@@ -1424,7 +1420,7 @@ class SequenceVerbs:
         record: dict[str, Any] = call(
             "calibrate",
             words(
-                (None, self.folder, None),
+                (None, self.folder, REQUIRED),
                 ("--overwrite", overwrite, False),
                 ("--lens", lens, None),
                 ("--export-lens", export_lens, None),
@@ -1467,8 +1463,8 @@ class SequenceVerbs:
         call(
             "rectify",
             words(
-                (None, self.folder, None),
-                ("--out", out, None),
+                (None, self.folder, REQUIRED),
+                ("--out", out, REQUIRED),
                 ("--anyway", anyway, False),
             ),
             progress,
@@ -1487,7 +1483,7 @@ class SequenceVerbs:
         anyway: bool = False,
         quick: bool = False,
         method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
-        range: tuple[float, float] | str | None = None,
+        range: Several[float] | str | None = None,
         reference: Literal["first", "middle", "last"] | int = "middle",
         disparity_step: float = 0.25,
         window: int | None = None,
@@ -1591,7 +1587,7 @@ class SequenceVerbs:
         record: dict[str, Any] = call(
             "match",
             words(
-                (None, self.folder, None),
+                (None, self.folder, REQUIRED),
                 ("--out", out, None),
                 ("--overwrite", overwrite, False),
                 ("--figure-row", figure_row, None),
@@ -1682,7 +1678,7 @@ class SequenceVerbs:
         record: dict[str, Any] = call(
             "surface",
             words(
-                (None, self.folder, None),
+                (None, self.folder, REQUIRED),
                 ("--results", results, None),
                 ("--out", out, None),
                 ("--overwrite", overwrite, False),
@@ -1713,7 +1709,7 @@ class SequenceVerbs:
         anyway: bool = False,
         quick: bool = False,
         method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
-        range: tuple[float, float] | str | None = None,
+        range: Several[float] | str | None = None,
         reference: Literal["first", "middle", "last"] | int = "middle",
         disparity_step: float = 0.25,
         window: int | None = None,
@@ -1819,7 +1815,7 @@ class SequenceVerbs:
         record: dict[str, Any] = call(
             "evaluate",
             words(
-                (None, self.folder, None),
+                (None, self.folder, REQUIRED),
                 ("--truth", truth, None),
                 ("--results", results, None),
                 ("--region", region, None),
@@ -1894,9 +1890,9 @@ class SequenceVerbs:
         record: dict[str, Any] = call(
             "export",
             words(
-                (None, self.folder, None),
+                (None, self.folder, REQUIRED),
                 ("--map", map, "disparity"),
-                ("--out", out, None),
+                ("--out", out, REQUIRED),
                 ("--results", results, None),
                 ("--original", original, False),
             ),

@@ -63,10 +63,23 @@ impl<'py> Frames<'py> {
     /// Frame `t`, and what its samples are.
     fn at(&self, t: usize) -> PyResult<(Bound<'py, PyUntypedArray>, Kind)> {
         let py = self.all.py();
-        let item = self.all.get_item(t)?;
-        let as_array = py.import("numpy")?.getattr("asarray")?;
-        let array = as_array.call1((item,)).ok().and_then(|array| array.cast_into::<PyUntypedArray>().ok());
-        let array = array.ok_or_else(|| data(py, format!("frame {t} is no array of (rows, columns)")))?;
+        // Ctrl-C is heard between two frames.
+        py.check_signals()?;
+        let numpy = py.import("numpy")?;
+        let no_array = |error: PyErr| {
+            let refusal = data(py, format!("frame {t} is no array of (rows, columns): {error}"));
+            refusal.set_cause(py, Some(error));
+            refusal
+        };
+        let item = self.all.get_item(t).map_err(no_array)?;
+        if numpy.getattr("ma")?.call_method1("isMaskedArray", (&item,))?.is_truthy()? {
+            let why = format!(
+                "frame {t} is a masked array, whose mask would be lost; leave pixels out by the argument mask"
+            );
+            return Err(data(py, why));
+        }
+        let array =
+            numpy.call_method1("asarray", (item,)).map_err(no_array)?.cast_into::<PyUntypedArray>()?;
         if array.ndim() != 2 {
             let found = array.getattr("shape")?;
             let hint = match array.ndim() {
@@ -102,7 +115,7 @@ impl<'py> Frames<'py> {
         let py = self.all.py();
         let range = |t: usize| {
             let (array, _) = self.at(t)?;
-            let samples = typed::<f32>(&array, "float32")?;
+            let samples = typed::<f64>(&array, "float64")?;
             let columns = samples.shape()[1].max(1);
             FloatLevels::of(t, columns, samples.as_array().iter().copied())
                 .map_err(|error| data(py, error.to_string()))
@@ -118,7 +131,7 @@ impl<'py> Frames<'py> {
             (Kind::U8, None) => (8, Samples::U8(values(&typed::<u8>(&array, "uint8")?))),
             (Kind::U16, None) => (16, Samples::U16(values(&typed::<u16>(&array, "uint16")?))),
             (Kind::Float, Some(levels)) => {
-                let floats = typed::<f32>(&array, "float32")?;
+                let floats = typed::<f64>(&array, "float64")?;
                 (16, Samples::U16(floats.as_array().iter().map(|&value| levels.level(value)).collect()))
             }
             _ => {

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use epirig::cli::embedded::{self, CalledFrom, Refusal, interrupt};
+use epirig::cli::embedded::{self, CalledFrom, Refusal, Switches};
 use epirig::rig::Bench;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Progress;
@@ -146,6 +146,10 @@ impl Progress for Heard {
 }
 
 impl CalledFrom for Heard {
+    fn switches(&self) -> Option<&Switches> {
+        self.told.switches()
+    }
+
     fn frame(&self, index: usize, frame: &Frame, facts: &FrameFacts) {
         let FrameFacts { commanded_mm, reported_mm, exposure, certificate, .. } = facts;
         let facts = json!({
@@ -163,6 +167,7 @@ impl CalledFrom for Heard {
 #[pyclass(frozen)]
 pub(crate) struct Scan {
     frames: Mutex<Receiver<Taken>>,
+    told: Arc<Told>,
     working: Mutex<Option<JoinHandle<Result<(), Refusal>>>>,
 }
 
@@ -172,9 +177,10 @@ impl Scan {
     #[new]
     fn begin(words: Vec<OsString>) -> Self {
         let (sender, frames) = channel();
-        let heard = Arc::new(Heard { told: Arc::default(), frames: Mutex::new(sender) });
+        let told = Arc::<Told>::default();
+        let heard = Arc::new(Heard { told: Arc::clone(&told), frames: Mutex::new(sender) });
         let working = std::thread::spawn(move || embedded::call(words, heard).map(|_| ()));
-        Self { frames: Mutex::new(frames), working: Mutex::new(Some(working)) }
+        Self { frames: Mutex::new(frames), told, working: Mutex::new(Some(working)) }
     }
 
     /// The next good frame: its index, the array of (rows, columns), and its facts as text (JSON). `None` at the end.
@@ -189,7 +195,7 @@ impl Scan {
                 Ok(_) => {}
                 Err(RecvTimeoutError::Timeout) => {
                     if let Err(error) = py.check_signals() {
-                        interrupt();
+                        self.told.interrupt();
                         raised.get_or_insert(error);
                     }
                 }
@@ -221,7 +227,7 @@ impl Scan {
 
     fn end(&self) {
         if locked(&self.working).as_ref().is_some_and(|working| !working.is_finished()) {
-            interrupt();
+            self.told.interrupt();
         }
         // It can be resumed, as the caller wished.
         let _ = self.ended();

@@ -3,13 +3,13 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
-use epirig::cli::embedded::{CalledFrom, Refusal, interrupt};
+use epirig::cli::embedded::{CalledFrom, Refusal, Switches};
 use epirig_core::progress::Progress;
 use epirig_matcher::MatchError;
-use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError};
 use pyo3::prelude::*;
 
 use crate::errors::exception;
@@ -23,6 +23,8 @@ pub(crate) struct Told {
     cancelled: AtomicBool,
     done: AtomicU64,
     latest: Mutex<Latest>,
+    /// What an interruption presses, besides the cancellation.
+    switches: Switches,
 }
 
 #[derive(Default)]
@@ -33,6 +35,11 @@ struct Latest {
 }
 
 impl Told {
+    /// Presses what Ctrl-C presses.
+    pub(crate) fn interrupt(&self) {
+        self.switches.interrupt();
+    }
+
     fn latest(&self) -> MutexGuard<'_, Latest> {
         self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -60,7 +67,11 @@ impl Progress for Told {
     }
 }
 
-impl CalledFrom for Told {}
+impl CalledFrom for Told {
+    fn switches(&self) -> Option<&Switches> {
+        Some(&self.switches)
+    }
+}
 
 /// Does `work` without Python's lock. `progress` is called with what is done, how many parts of it are, and of how
 /// many. An exception of it, or of a signal's handler, cancels the work, and is raised once that has ended. For Ctrl-C
@@ -70,7 +81,7 @@ pub(crate) fn done<T: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(Arc<Told>) -> Result<T, Refusal> + Send,
 ) -> PyResult<T> {
-    done_with(py, progress, &interrupt, work)
+    done_with(py, progress, &|| {}, work)
 }
 
 /// The same, where `stop` also ends the work each time that an exception wants it.
@@ -80,6 +91,10 @@ pub(crate) fn done_with<T: Send>(
     stop: &(dyn Fn() + Sync),
     work: impl FnOnce(Arc<Told>) -> Result<T, Refusal> + Send,
 ) -> PyResult<T> {
+    refuse_forked().map_err(|refusal| exception(py, refusal))?;
+    if let Some(progress) = progress.filter(|progress| !progress.is_callable()) {
+        return Err(PyTypeError::new_err(format!("progress is {progress}, which cannot be called")));
+    }
     let told = Arc::new(Told::default());
     let heard = Heard { told: &told, progress: progress.map(|callback| callback.clone().unbind()) };
     let (heard, of_work) = (&heard, Arc::clone(&told));
@@ -96,6 +111,7 @@ pub(crate) fn done_with<T: Send>(
             while let Err(RecvTimeoutError::Timeout) = end.recv_timeout(EVERY) {
                 if let Err(error) = Python::attach(|py| heard.look(py)) {
                     heard.told.cancelled.store(true, Ordering::Relaxed);
+                    heard.told.interrupt();
                     stop();
                     raised.get_or_insert(error);
                 }
@@ -109,6 +125,24 @@ pub(crate) fn done_with<T: Send>(
         (found, Some(error)) => Err(interrupted(py, found, error)),
         (found, None) => found.map_err(|refusal| exception(py, refusal)),
     }
+}
+
+/// The threads of the matcher exist in the process that began them, and not in a fork of it, which would wait for them
+/// for ever.
+fn refuse_forked() -> Result<(), Refusal> {
+    static BEGAN_IN: OnceLock<u32> = OnceLock::new();
+    let process = std::process::id();
+    if *BEGAN_IN.get_or_init(|| process) == process {
+        return Ok(());
+    }
+    Err(Refusal {
+        message: "this process was forked from one that has used epirig, whose threads it lacks; begin processes by \
+                  multiprocessing's method \"spawn\""
+            .to_owned(),
+        exit_code: 1,
+        kind: "trouble",
+        report: None,
+    })
 }
 
 /// What is raised after `error` has ended work: for Ctrl-C what the work says of its end, as an interruption.

@@ -65,6 +65,8 @@ def test_floats_may_have_any_unit(frames: Bytes) -> None:
     expected = epirig.match_array(frames.astype(np.float32))
     for factor in (1 / 256, 64.0, 2.0**-40):
         assert same(epirig.match_array(frames * np.float32(factor)), expected)
+    for factor in (2.0**-900, 2.0**1000):
+        assert same(epirig.match_array(frames * factor), expected)
 
 
 def test_positions_and_mask_are_used(frames: Bytes) -> None:
@@ -117,6 +119,15 @@ def test_options_that_cannot_be_used_are_refused_in_the_words_of_the_command_lin
     assert "there is no frame 15 to refer to" in refused(frames, option, reference=15)
     assert "the mask has 3 rows" in refused(frames, option, mask=np.ones((3, 3)))
     assert "no pixel is inside the mask" in refused(frames, option, mask=np.zeros((48, 96)))
+    assert "give (rows, columns) of bool" in refused(frames, mask=frames)
+    masked = np.ma.masked_array(frames, mask=frames < 40)
+    assert "whose mask would be lost" in refused(masked)
+    assert "whose mask would be lost" in refused(frames, mask=masked[0])
+    assert "mask is NaN in places" in refused(frames, mask=np.full((48, 96), np.nan))
+    for tau in (np.zeros((3, 5)), np.zeros(15, complex), "abc", [None] * 15):
+        assert "give a number for each frame" in refused(frames, tau=tau)
+    assert "ordering-constraint" in refused(frames, option, ordering_constraint=False)
+    assert "--window" in refused(frames, option, window=True)
     assert "2 positions are given for 15 frames" in refused(frames, tau=[0, 1])
     assert "must increase strictly" in refused(frames, tau=np.zeros(15))
     with pytest.raises(TypeError, match="unexpected keyword"):
@@ -127,6 +138,19 @@ def test_options_that_cannot_be_used_are_refused_in_the_words_of_the_command_lin
         assert (error.exit_code, error.kind, error.advice) == (2, "usage", "give the smaller number first")
 
 
+def test_options_are_taken_as_numpy_has_them(frames: Bytes) -> None:
+    expected = epirig.match_array(frames, quick=True, window=5, range=(4, 8), max_sigma=0.5)
+    given = epirig.match_array(
+        frames,
+        quick=np.True_,  # type: ignore[arg-type]
+        window=np.int64(5),  # type: ignore[arg-type]
+        range=np.array([4, 8]),  # type: ignore[arg-type]
+        max_sigma=np.float32(0.5),  # type: ignore[arg-type]
+    )
+    assert same(given, expected) and given.settings == expected.settings
+    assert repr(expected).startswith("<Maps of 48 rows x 96 columns, ")
+
+
 def test_a_map_is_drawn(frames: Bytes, tmp_path: Path) -> None:
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("agg")
@@ -135,4 +159,4 @@ def test_a_map_is_drawn(frames: Bytes, tmp_path: Path) -> None:
     pyplot.savefig(tmp_path / "map.png")
     empty = epirig.match_array(frames, max_sigma=1e-9)
     assert not empty.answered.any()
-    empty.plot(axes)
+    empty.plot("sigma", axes)

@@ -12,12 +12,12 @@ import epirig
 
 def test_a_scan_becomes_a_surface(tmp_path: Path) -> None:
     small = ["camera.size=768x768", "plan.settle=20 ms"]
-    sequence = epirig.capture(out=tmp_path / "seq", rig="sim", set=small, frames=41, step_mm=3.75)
-    assert len(sequence) == 41 and sequence.ended == "complete"
-    assert sequence.positions_mm is not None and np.allclose(np.diff(sequence.positions_mm), 3.75, atol=0.01)
+    sequence = epirig.capture(out=tmp_path / "seq", rig="sim", set=small, frames=21, step_mm=7.5)
+    assert len(sequence) == 21 and sequence.ended == "complete"
+    assert sequence.positions_mm is not None and np.allclose(np.diff(sequence.positions_mm), 7.5, atol=0.01)
     assert sequence.verify()["findings"] == []
     frames = sequence.frames()
-    assert frames.shape == (41, 768, 768) and frames.dtype in (np.uint8, np.uint16)
+    assert frames.shape == (21, 768, 768) and frames.dtype in (np.uint8, np.uint16)
     assert np.array_equal(epirig.Sequence(sequence.folder).frames(), frames)
     results = sequence.match()
     assert results.disparity.shape == (768, 768)
@@ -40,7 +40,7 @@ def test_a_scan_becomes_a_surface(tmp_path: Path) -> None:
 
 def test_maps_that_are_not_there_are_named(sequence: epirig.Sequence, tmp_path: Path) -> None:
     results = sequence.match(out=tmp_path / "out")
-    with pytest.raises(KeyError, match="there may be disparity, sigma"):
+    with pytest.raises(KeyError, match="there are disparity, sigma"):
         results.map("relief")
     (tmp_path / "out" / "sigma.tiff").write_bytes(b"II*")
     with pytest.raises(epirig.DataError, match="sigma.tiff"):
@@ -60,3 +60,23 @@ def test_images_become_a_sequence(tmp_path: Path, frames: np.ndarray) -> None:
         epirig.import_images([images / "none*.png"], out=tmp_path / "other")
     assert caught.value.exit_code in (1, 2, 5)
     assert not (tmp_path / "other").exists()
+
+
+def test_results_that_were_replaced_are_not_mixed_with_others(sequence: epirig.Sequence, tmp_path: Path) -> None:
+    first = sequence.match(out=tmp_path / "out")
+    second = sequence.match(out=tmp_path / "out", overwrite=True, max_sigma=0.5)
+    assert second.disparity.shape == (192, 256)
+    with pytest.raises(epirig.DataError, match="other results than these by now"):
+        first.map("sigma")
+    with pytest.raises(epirig.DataError, match="no results of match"):
+        epirig.Results(tmp_path)
+    (tmp_path / "match.json").write_text("{")
+    with pytest.raises(epirig.DataError, match="it is no record"):
+        epirig.Results(tmp_path)
+
+
+def test_a_sequence_stays_where_it_is(sequence: epirig.Sequence, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(sequence.folder.parent)
+    near = epirig.Sequence(sequence.folder.name)
+    monkeypatch.chdir("/")
+    assert near.verify()["findings"] == []

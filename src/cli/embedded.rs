@@ -23,7 +23,7 @@ use epirig_core::progress::{Progress, Silent};
 use epirig_data::sequence::FrameFacts;
 use epirig_matcher::{DisparityRange, MatchOptions};
 
-pub use super::interrupt::interrupt;
+pub use super::interrupt::Switches;
 
 /// Who calls a verb: is told of its progress and its remarks, and may cancel it.
 pub type Caller = Arc<dyn CalledFrom>;
@@ -32,6 +32,11 @@ pub type Caller = Arc<dyn CalledFrom>;
 pub trait CalledFrom: Progress + Send + Sync {
     /// A frame of the scan is good, and on its way to the disk.
     fn frame(&self, _index: usize, _frame: &Frame, _facts: &FrameFacts) {}
+
+    /// What an interruption of this verb presses; `None` if nothing interrupts it.
+    fn switches(&self) -> Option<&Switches> {
+        None
+    }
 }
 
 impl CalledFrom for Silent {}

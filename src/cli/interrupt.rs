@@ -12,11 +12,69 @@ use epirig_core::fault::Blame;
 use epirig_data::storage::abandon;
 use epirig_devices::stage::{StopSwitch, Urgency};
 
-/// The scan that an interruption ends after the frame in hand, before it stops anything.
-static TO_PAUSE: Mutex<Option<PauseSwitch>> = Mutex::new(None);
+/// What an interruption presses: the switch of the scan that ends after the frame in hand, and that of the stage.
+#[derive(Debug, Default)]
+pub struct Switches(Mutex<Pressable>);
 
-/// The stage that an interruption stops; if there is none, the program ends at once.
-static TO_STOP: Mutex<Option<StopSwitch>> = Mutex::new(None);
+#[derive(Debug)]
+struct Pressable {
+    pause: Option<PauseSwitch>,
+    stop: Option<StopSwitch>,
+}
+
+impl Default for Pressable {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl Pressable {
+    const NONE: Self = Self { pause: None, stop: None };
+}
+
+impl Switches {
+    fn held(&self) -> MutexGuard<'_, Pressable> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// From now on an interruption presses this switch: the first slows the stage down, the second stops it at
+    /// once.
+    pub(super) fn stops(&self, switch: StopSwitch) {
+        self.held().stop = Some(switch);
+    }
+
+    /// From now on the first interruption presses this switch, and only the next one stops the stage.
+    pub(super) fn pauses(&self, switch: PauseSwitch) {
+        self.held().pause = Some(switch);
+    }
+
+    /// From now on an interruption presses nothing.
+    pub(super) fn clear(&self) {
+        *self.held() = Pressable::NONE;
+    }
+
+    fn stop(&self) -> Option<StopSwitch> {
+        self.held().stop.clone()
+    }
+
+    /// The switch of a scan that goes on.
+    fn pause(&self) -> Option<PauseSwitch> {
+        self.held().pause.clone().filter(|pause| !pause.pressed())
+    }
+
+    /// What Ctrl-C does: the first ends the scan after the frame in hand, so that it can be resumed; the next
+    /// slows the stage down, and the one after that stops it at once.
+    pub fn interrupt(&self) {
+        if let Some(pause) = self.pause() {
+            pause.press();
+        } else if let Some(switch) = self.stop() {
+            switch.press(if switch.pressed().is_none() { Urgency::Soon } else { Urgency::AtOnce });
+        }
+    }
+}
+
+/// What an interruption of the program presses. If there is nothing, the program ends at once.
+pub(super) static SWITCHES: Switches = Switches(Mutex::new(Pressable::NONE));
 
 /// What an interruption calls instead of ending the program.
 static TO_CALL: Mutex<Option<Box<dyn Fn() + Send>>> = Mutex::new(None);
@@ -24,33 +82,12 @@ static TO_CALL: Mutex<Option<Box<dyn Fn() + Send>>> = Mutex::new(None);
 /// Longest wait for a write to the disk to end.
 const DISK_PATIENCE: Duration = Duration::from_secs(10);
 
-fn to_stop() -> MutexGuard<'static, Option<StopSwitch>> {
-    TO_STOP.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// Longest wait for a stop to be sent to the stage. Drivers look at the switch several times a second.
 const STOP_PATIENCE: Duration = Duration::from_secs(2);
-
-/// From now on an interruption presses this switch: the first slows the stage down, the second stops it at
-/// once, the third ends the program, once the stop has been sent.
-pub(super) fn stops(switch: StopSwitch) {
-    *to_stop() = Some(switch);
-}
-
-/// From now on the first interruption presses this switch, and only the next one stops the stage.
-pub(super) fn pauses(switch: PauseSwitch) {
-    *TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner) = Some(switch);
-}
 
 /// From now on an interruption calls `act`, which lets the program come to its end.
 pub(super) fn calls(act: impl Fn() + Send + 'static) {
     *TO_CALL.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(act));
-}
-
-/// From now on an interruption ends the program.
-pub(super) fn stops_nothing() {
-    *TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner) = None;
-    *to_stop() = None;
 }
 
 pub(super) fn install() -> Result<(), std::io::Error> {
@@ -70,7 +107,7 @@ fn heed_signals() -> Result<(), std::io::Error> {
     let mut signals = Signals::new([SIGUSR1])?;
     Builder::new().spawn(move || {
         for _ in signals.forever() {
-            if let Some(switch) = to_stop().clone() {
+            if let Some(switch) = SWITCHES.stop() {
                 stop(&switch);
             }
         }
@@ -83,35 +120,17 @@ fn heed_signals() -> Result<(), std::io::Error> {
     Ok(())
 }
 
-/// What Ctrl-C does to a verb that another program has called: a scan ends after the frame in hand, so that it
-/// can be resumed; the next time its stage slows down, and then stops at once. Work without a stage is cancelled
-/// by its caller.
-pub fn interrupt() {
-    if let Some(act) = &*TO_CALL.lock().unwrap_or_else(PoisonError::into_inner) {
-        return act();
-    }
-    let pause = TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    if let Some(pause) = pause.filter(|pause| !pause.pressed()) {
-        return pause.press();
-    }
-    if let Some(switch) = to_stop().clone() {
-        let urgency = if switch.pressed().is_none() { Urgency::Soon } else { Urgency::AtOnce };
-        switch.press(urgency);
-    }
-}
-
 fn interrupted() {
     if let Some(act) = &*TO_CALL.lock().unwrap_or_else(PoisonError::into_inner) {
         return act();
     }
-    let pause = TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    if let Some(pause) = pause.filter(|pause| !pause.pressed()) {
+    if let Some(pause) = SWITCHES.pause() {
         // The scan must be asked before the message is written, which may fail.
         pause.press();
         tell("stopping after this frame; press Ctrl-C again to stop the stage now");
         return;
     }
-    let switch = to_stop().clone();
+    let switch = SWITCHES.stop();
     if let Some(switch) = &switch
         && switch.pressed() == Some(Urgency::AtOnce)
     {

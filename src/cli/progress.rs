@@ -15,6 +15,7 @@ use terminal_size::terminal_size_of;
 
 use super::embedded::Caller;
 use super::failure::Failure;
+use super::interrupt::{SWITCHES, Switches};
 use super::lines::wrapped;
 use super::{CliError, colours};
 use crate::capture::ScanWatcher;
@@ -136,6 +137,14 @@ impl Talk {
     pub(super) fn to_caller(caller: Caller) -> Self {
         let heard = Heard { caller, result: Mutex::default() };
         Self { quiet: false, told: Mutex::new(Instant::now()), pace: Mutex::default(), caller: Some(heard) }
+    }
+
+    /// What an interruption presses; `None` if nothing interrupts the verb.
+    pub(super) fn switches(&self) -> Option<&Switches> {
+        match &self.caller {
+            Some(heard) => heard.caller.switches(),
+            None => Some(&SWITCHES),
+        }
     }
 
     /// The result that the verb had for its caller.

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::need::{close_others, refuse_more_than_there_is};
 use super::rig::{Hands, Stages};
-use super::{CliError, Talk, interrupt, log};
+use super::{CliError, Talk, log};
 use crate::calibrate::CALIBRATION;
 use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
 use crate::doctor::{Verdict, check_disk};
@@ -87,7 +87,9 @@ pub(super) fn scan(
     let simulated_time = devices.simulated_time;
     log::beside(folder, course == Course::Resumed);
     let pause = PauseSwitch::default();
-    interrupt::pauses(pause.clone());
+    if let Some(switches) = talk.switches() {
+        switches.pauses(pause.clone());
+    }
     let mut rig = Rig {
         stages: &mut devices.stages,
         camera: &mut *devices.camera,
@@ -102,7 +104,9 @@ pub(super) fn scan(
         Course::Resumed => capture::resume(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
     };
     // Work after the scan ends at the first Ctrl-C.
-    interrupt::stops_nothing();
+    if let Some(switches) = talk.switches() {
+        switches.clear();
+    }
     let closure = taken?;
     let sequence = Sequence::open(folder)?;
     Ok(Captured {

@@ -89,7 +89,7 @@ impl Simulate {
             simulated.ok_or_else(|| CliError::usage(format!("{} has no serial line", self.driver)))?.device
         };
         let stop = StopSwitch::default();
-        interrupt::stops(stop.clone());
+        interrupt::SWITCHES.stops(stop.clone());
         let server = serve(device, &LineNoise::bad(self.seed, self.noise), &self.port)?;
         talk.say(&format!("a simulated stage is connected to {}; Ctrl-C ends it", self.port.display()));
         while stop.pressed().is_none() && server.alive() {

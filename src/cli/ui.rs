@@ -38,7 +38,7 @@ struct Hooks;
 
 impl PanelHooks for Hooks {
     fn stage_connected(&self, switch: StopSwitch) {
-        interrupt::stops(switch);
+        interrupt::SWITCHES.stops(switch);
     }
 
     fn scan_begins(&self, folder: &Path, resumed: bool) {

@@ -40,7 +40,7 @@ pub enum StackError {
     },
     /// A sample is not a finite number.
     #[error(
-        "frame {frame} has {value} at row {row}, column {column}; give a number, and leave the pixel out by a mask"
+        "frame {frame} has {value} at row {row}, column {column}; give a finite number there, also where a mask leaves the pixel out"
     )]
     NotFinite {
         /// Index of the frame, from 0.
@@ -50,7 +50,7 @@ pub enum StackError {
         /// Its column.
         column: usize,
         /// The sample.
-        value: f32,
+        value: f64,
     },
     /// There is not a position for each frame.
     #[error("{positions} positions are given for {frames} frames; give one for each")]
@@ -105,7 +105,7 @@ impl Stack {
         let layout = Layout::of(shape, samples.len())?;
         let range = |t: usize| {
             let frame = samples[t * layout.rows * layout.columns..][..layout.rows * layout.columns].iter();
-            FloatLevels::of(t, layout.columns, frame.copied())
+            FloatLevels::of(t, layout.columns, frame.map(|&value| value.into()))
         };
         let ranges: Vec<FloatLevels> =
             (0..layout.frames).into_par_iter().map(range).collect::<Result<_, _>>()?;
@@ -113,7 +113,7 @@ impl Stack {
         let gathered = layout.gathered(|t, y, row: &mut [u16]| {
             row.iter_mut()
                 .zip(&samples[layout.row(t, y)])
-                .for_each(|(out, value)| *out = levels.level(*value));
+                .for_each(|(out, value)| *out = levels.level((*value).into()));
         });
         layout.stack(16, Samples::U16(gathered))
     }
@@ -202,8 +202,8 @@ pub fn disparity_with(
 /// is negative, becomes 0 DN: light that changes is a factor of what lies above it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FloatLevels {
-    zero: f32,
-    largest: f32,
+    zero: f64,
+    largest: f64,
 }
 
 impl FloatLevels {
@@ -211,8 +211,8 @@ impl FloatLevels {
     ///
     /// # Errors
     /// [`StackError::NotFinite`] with the place of the first sample that is not a finite number.
-    pub fn of(frame: usize, columns: usize, samples: impl Iterator<Item = f32>) -> Result<Self, StackError> {
-        let (mut zero, mut largest) = (0.0_f32, 0.0_f32);
+    pub fn of(frame: usize, columns: usize, samples: impl Iterator<Item = f64>) -> Result<Self, StackError> {
+        let (mut zero, mut largest) = (0.0_f64, 0.0_f64);
         for (index, value) in samples.enumerate() {
             if !value.is_finite() {
                 let (row, column) = (index / columns, index % columns);
@@ -233,9 +233,10 @@ impl FloatLevels {
     }
 
     /// The level of `value`, rounded.
-    pub fn level(self, value: f32) -> u16 {
-        let span = f64::from(self.largest) - f64::from(self.zero);
-        let share = (f64::from(value) - f64::from(self.zero)) / span;
+    pub fn level(self, value: f64) -> u16 {
+        // Halves, because the span of the largest numbers is beyond them.
+        let span = 0.5 * self.largest - 0.5 * self.zero;
+        let share = (0.5 * value - 0.5 * self.zero) / span;
         // Without light there is no span; NaN becomes 0.
         (f64::from(u16::MAX) * share).round() as u16
     }
@@ -333,12 +334,12 @@ mod arrays {
         fn stacked(array: ArrayView3<'_, Self>) -> Result<Stack, StackError> {
             let layout = layout(&array)?;
             let of = |(t, frame): (usize, ndarray::ArrayView2<'_, f32>)| {
-                FloatLevels::of(t, layout.columns, frame.iter().copied())
+                FloatLevels::of(t, layout.columns, frame.iter().map(|&value| value.into()))
             };
             let ranges: Vec<FloatLevels> =
                 array.outer_iter().enumerate().map(of).collect::<Result<_, _>>()?;
             let levels = FloatLevels::of_all(&ranges);
-            layout.stack(16, Samples::U16(gathered(&array, layout, |value| levels.level(value))))
+            layout.stack(16, Samples::U16(gathered(&array, layout, |value| levels.level(value.into()))))
         }
     }
 

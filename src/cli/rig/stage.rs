@@ -9,7 +9,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use super::key_options::{KeyGroup, KeyOption, KeyOptions};
 use super::profile::RigArgument;
 use crate::cli::files::taken;
-use crate::cli::{CliError, Talk, interrupt};
+use crate::cli::{CliError, Talk};
 use crate::profile::{Override, Profile};
 use crate::rig::RigStage;
 use epirig_devices::link::{Link, LinkError, Recorder};
@@ -103,7 +103,9 @@ impl StageSource for Stages<'_> {
     fn connect(&mut self) -> Result<Box<dyn Stage>, StageError> {
         let stage = self.stage.connect()?;
         stage.notes().iter().for_each(|note| self.talk.say(&format!("note: {note}")));
-        interrupt::stops(stage.stop_switch());
+        if let Some(switches) = self.talk.switches() {
+            switches.stops(stage.stop_switch());
+        }
         Ok(stage)
     }
 }
