@@ -112,7 +112,7 @@ def matched(
 ) -> Maps:
     """The match itself, with the options as words of the command line."""
     places = None if tau is None else _plain("tau", tau, 1, "iuf").astype(float).tolist()
-    inside = None if mask is None else _plain("mask", mask, 2, "biuf").astype(bool)
+    inside = None if mask is None else (_plain("mask", mask, 2, "biuf") != 0).view(np.uint8)
     disparity, sigma, cost, confidence, validity, text = _native.match_array(
         frames, options, places, inside, progress
     )

@@ -76,7 +76,7 @@ def map_names(verb: str) -> list[tuple[str, str, str]]:
 
 def match_array(frames: Any, words: SupportsGetItem[int, str], tau: SupportsGetItem[int, SupportsFloat | SupportsIndex] | None = None, mask: Incomplete | None = None, progress: Any | None = None) -> tuple[Incomplete, Incomplete, Incomplete, Incomplete, Incomplete, str]:
     """
-    The maps of `frames`, with the options `words` of `epirig match`.
+    The maps of `frames`, with the options `words` of `epirig match`; `mask` is not 0 where pixels are asked for.
     """
 
 def read_frames(folder: str | PathLike[str], rectified: bool, progress: Any | None = None) -> Any:

@@ -6,11 +6,12 @@ use epirig::calibrate::{Calibration, read_calibration};
 use epirig::cli::embedded::Refusal;
 use epirig::pipeline::{Frames as Size, load};
 use epirig_calibration::photometry::Maps;
+use epirig_core::fault::Blame;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::{FloatLevels, Stack, StackError};
-use numpy::{Element, IntoPyArray as _, PyArray3, PyArrayMethods as _, PyReadonlyArray2, PyUntypedArray};
+use numpy::{Element, IntoPyArray as _, PyArrayMethods as _, PyReadonlyArray2, PyUntypedArray};
 use numpy::{PyArrayDescrMethods as _, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use serde_json::json;
@@ -43,9 +44,8 @@ impl<'py> Frames<'py> {
     /// Their number and size.
     pub(crate) fn size(&self) -> PyResult<Size> {
         let py = self.all.py();
-        if self.count < 3 {
-            let why = format!("{} frame(s) show no lines; at least 3 frames are needed", self.count);
-            return Err(data(py, why));
+        if self.count == 0 {
+            return Err(data(py, "there are no frames".to_owned()));
         }
         let (first, kind) = self.at(0)?;
         let sample_bytes = if matches!(kind, Kind::U8) { 1 } else { 2 };
@@ -155,9 +155,9 @@ fn typed<'py, T: Element>(
     if let Ok(same) = array.cast::<numpy::PyArray2<T>>()
         && array.getattr("flags")?.getattr("aligned")?.is_truthy()?
     {
-        return Ok(same.readonly());
+        return Ok(same.try_readonly()?);
     }
-    Ok(array.call_method1("astype", (name,))?.cast_into::<numpy::PyArray2<T>>()?.readonly())
+    Ok(array.call_method1("astype", (name,))?.cast_into::<numpy::PyArray2<T>>()?.try_readonly()?)
 }
 
 /// All samples row by row, however they lie in memory.
@@ -223,27 +223,9 @@ impl Iterator for FrameIterator<'_, '_> {
 
 impl ExactSizeIterator for FrameIterator<'_, '_> {}
 
-/// The volume of the sequence in `folder`.
-fn volume_of(
-    py: Python<'_>,
-    folder: PathBuf,
-    rectified: bool,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Volume> {
-    done(py, progress, |told| {
-        let sequence = Sequence::open(&folder).map_err(Refusal::of)?;
-        let calibration = if rectified { Some(calibration_of(&sequence)?) } else { None };
-        load(&sequence, calibration.as_ref(), &*told).map_err(Refusal::of)
-    })
-}
-
 fn calibration_of(sequence: &Sequence) -> Result<(Calibration, Maps), Refusal> {
-    read_calibration(sequence).map_err(Refusal::of)?.ok_or_else(|| Refusal {
-        message: format!("{} has no calibration; calibrate it first", sequence.folder().display()),
-        exit_code: 2,
-        kind: "usage",
-        report: None,
-    })
+    let why = || format!("{} has no calibration; calibrate it first", sequence.folder().display());
+    read_calibration(sequence).map_err(Refusal::of)?.ok_or_else(|| Refusal::new(Blame::Request, why()))
 }
 
 /// The frames of the sequence in `folder`, (frames, rows, columns).
@@ -258,30 +240,42 @@ pub(crate) fn read_frames<'py>(
     rectified: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let volume = volume_of(py, folder, rectified, progress)?;
-    Ok(match (rectified, volume.bit_depth()) {
-        (true, _) => array_of::<f32>(py, &volume, |value| value)?.into_any(),
-        (false, 1..=8) => array_of::<u8>(py, &volume, |value| value as u8)?.into_any(),
-        (false, _) => array_of::<u16>(py, &volume, |value| value as u16)?.into_any(),
+    let (size, values) = done(py, progress, |told| {
+        let sequence = Sequence::open(&folder).map_err(Refusal::of)?;
+        let calibration = if rectified { Some(calibration_of(&sequence)?) } else { None };
+        let volume = load(&sequence, calibration.as_ref(), &*told).map_err(Refusal::of)?;
+        let values = match (rectified, volume.bit_depth()) {
+            (true, _) => Values::Float(frame_by_frame(&volume, |value| value)),
+            (false, 1..=8) => Values::U8(frame_by_frame(&volume, |value| value as u8)),
+            (false, _) => Values::U16(frame_by_frame(&volume, |value| value as u16)),
+        };
+        Ok(([volume.frames(), volume.rows(), volume.columns()], values))
+    })?;
+    Ok(match values {
+        Values::U8(values) => values.into_pyarray(py).reshape(size)?.into_any(),
+        Values::U16(values) => values.into_pyarray(py).reshape(size)?.into_any(),
+        Values::Float(values) => values.into_pyarray(py).reshape(size)?.into_any(),
     })
 }
 
+/// Frames x rows x columns.
+enum Values {
+    U8(Vec<u8>),
+    U16(Vec<u16>),
+    Float(Vec<f32>),
+}
+
 /// Frames x rows x columns of a volume.
-fn array_of<'py, T: Element>(
-    py: Python<'py>,
-    volume: &Volume,
-    convert: fn(f32) -> T,
-) -> PyResult<Bound<'py, PyArray3<T>>> {
-    let [frames, rows, columns] = [volume.frames(), volume.rows(), volume.columns()];
-    let mut values = Vec::with_capacity(frames * rows * columns);
-    let mut row = vec![0.0; columns];
-    for t in 0..frames {
-        for y in 0..rows {
+fn frame_by_frame<T>(volume: &Volume, convert: fn(f32) -> T) -> Vec<T> {
+    let mut values = Vec::with_capacity(volume.frames() * volume.rows() * volume.columns());
+    let mut row = vec![0.0; volume.columns()];
+    for t in 0..volume.frames() {
+        for y in 0..volume.rows() {
             volume.copy_row(y, t, &mut row);
             values.extend(row.iter().map(|&value| convert(value)));
         }
     }
-    values.into_pyarray(py).reshape([frames, rows, columns])
+    values
 }
 
 /// Record, number of frames, positions and end of the sequence in `folder`, as text (JSON).

@@ -1,6 +1,7 @@
 //! Exceptions: what the command line says and exits with, as an object.
 
 use epirig::cli::embedded::Refusal;
+use epirig_core::fault::Blame;
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict as _;
 
@@ -17,5 +18,5 @@ pub(crate) fn exception(py: Python<'_>, refusal: Refusal) -> PyErr {
 
 /// Data that the library would not take either.
 pub(crate) fn data(py: Python<'_>, message: String) -> PyErr {
-    exception(py, Refusal { message, exit_code: 5, kind: "data", report: None })
+    exception(py, Refusal::new(Blame::Data, message))
 }

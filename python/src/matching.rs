@@ -20,7 +20,7 @@ pub(crate) type Map<'py, T> = Bound<'py, PyArray2<T>>;
 /// What a match gives: disparity, sigma, cost, confidence and validity, and the settings as JSON.
 type Matched<'py> = (Map<'py, f32>, Map<'py, f32>, Map<'py, f32>, Map<'py, f32>, Map<'py, u8>, String);
 
-/// The maps of `frames`, with the options `words` of `epirig match`.
+/// The maps of `frames`, with the options `words` of `epirig match`; `mask` is not 0 where pixels are asked for.
 #[pyfunction]
 #[pyo3(signature = (frames, words, tau=None, mask=None, progress=None))]
 pub(crate) fn match_array<'py>(
@@ -28,7 +28,7 @@ pub(crate) fn match_array<'py>(
     frames: Bound<'py, PyAny>,
     words: Vec<OsString>,
     tau: Option<Vec<f64>>,
-    mask: Option<PyReadonlyArray2<'py, bool>>,
+    mask: Option<PyReadonlyArray2<'py, u8>>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Matched<'py>> {
     let options = match_options(words).map_err(|refusal| exception(py, refusal))?;
@@ -41,7 +41,7 @@ pub(crate) fn match_array<'py>(
     };
     let inside = mask.map(|mask| {
         let size = mask.as_array().dim();
-        (size, mask.as_array().iter().copied().collect::<Vec<bool>>())
+        (size, mask.as_array().iter().map(|&inside| inside != 0).collect::<Vec<bool>>())
     });
     let inside = inside.and_then(|((rows, columns), values)| Grid::from_values(rows, columns, values));
     let used = options.clone();

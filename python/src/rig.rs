@@ -3,10 +3,11 @@
 use std::ffi::OsString;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
+use std::thread::{Builder, JoinHandle};
 
 use epirig::cli::embedded::{self, CalledFrom, Refusal, Switches};
 use epirig::rig::Bench;
+use epirig_core::fault::Blame;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::FrameFacts;
@@ -16,7 +17,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::errors::exception;
-use crate::work::{EVERY, Told, done_with, interrupted};
+use crate::work::{EVERY, Told, done_with, interrupted, no_thread};
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -110,12 +111,7 @@ impl Connection {
             self.switch.release();
             match &mut *bench {
                 Some(bench) => work(bench),
-                None => Err(Refusal {
-                    message: "the rig is not connected; connect it first".to_owned(),
-                    exit_code: 2,
-                    kind: "usage",
-                    report: None,
-                }),
+                None => Err(Refusal::new(Blame::Request, "the rig is not connected; connect it first")),
             }
         })
     }
@@ -142,6 +138,9 @@ impl Progress for Heard {
     }
     fn note(&self, words: &str) {
         self.told.note(words);
+    }
+    fn cancelled(&self) -> bool {
+        self.told.cancelled()
     }
 }
 
@@ -175,12 +174,13 @@ pub(crate) struct Scan {
 impl Scan {
     /// Begins `capture` or `resume` with these words.
     #[new]
-    fn begin(words: Vec<OsString>) -> Self {
+    fn begin(py: Python<'_>, words: Vec<OsString>) -> PyResult<Self> {
         let (sender, frames) = channel();
         let told = Arc::<Told>::default();
         let heard = Arc::new(Heard { told: Arc::clone(&told), frames: Mutex::new(sender) });
-        let working = std::thread::spawn(move || embedded::call(words, heard).map(|_| ()));
-        Self { frames: Mutex::new(frames), told, working: Mutex::new(Some(working)) }
+        let working = Builder::new().spawn(move || embedded::call(words, heard).map(|_| ()));
+        let working = working.map_err(|error| exception(py, no_thread(&error)))?;
+        Ok(Self { frames: Mutex::new(frames), told, working: Mutex::new(Some(working)) })
     }
 
     /// The next good frame: its index, the array of (rows, columns), and its facts as text (JSON). `None` at the end.

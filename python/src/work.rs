@@ -4,11 +4,12 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::Builder;
 use std::time::Duration;
 
 use epirig::cli::embedded::{CalledFrom, Refusal, Switches};
-use epirig_core::progress::Progress;
-use epirig_matcher::MatchError;
+use epirig_core::fault::Blame;
+use epirig_core::progress::{Cancelled, Progress};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError};
 use pyo3::prelude::*;
 
@@ -35,8 +36,9 @@ struct Latest {
 }
 
 impl Told {
-    /// Presses what Ctrl-C presses.
+    /// Does what Ctrl-C does.
     pub(crate) fn interrupt(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
         self.switches.interrupt();
     }
 
@@ -73,9 +75,9 @@ impl CalledFrom for Told {
     }
 }
 
-/// Does `work` without Python's lock. `progress` is called with what is done, how many parts of it are, and of how
-/// many. An exception of it, or of a signal's handler, cancels the work, and is raised once that has ended. For Ctrl-C
-/// the work itself says how it ended.
+/// Does `work` without Python's lock. `progress` is called with what is done, how many parts of it
+/// are, and of how many. An exception of it, or of a signal's handler, cancels the work, and is
+/// raised once that has ended. For Ctrl-C the work itself says how it ended.
 pub(crate) fn done<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -101,16 +103,22 @@ pub(crate) fn done_with<T: Send>(
     let (found, raised) = py.detach(move || {
         std::thread::scope(|threads| {
             let (ended, end) = channel::<()>();
-            let working = threads.spawn(move || {
+            let working = Builder::new().spawn_scoped(threads, move || {
                 let found = work(of_work);
                 // The waiting thread may have gone only by a panic of its own.
                 let _ = ended.send(());
                 found
             });
+            let working = match working {
+                Ok(working) => working,
+                Err(error) => return (Err(no_thread(&error)), None),
+            };
             let mut raised = None;
             while let Err(RecvTimeoutError::Timeout) = end.recv_timeout(EVERY) {
-                if let Err(error) = Python::attach(|py| heard.look(py)) {
-                    heard.told.cancelled.store(true, Ordering::Relaxed);
+                // Once it is to end, only another Ctrl-C is heard: a listener that raises again is no new wish.
+                let ends = raised.is_some();
+                let look = |py: Python<'_>| if ends { py.check_signals() } else { heard.look(py) };
+                if let Err(error) = Python::attach(look) {
                     heard.told.interrupt();
                     stop();
                     raised.get_or_insert(error);
@@ -127,22 +135,22 @@ pub(crate) fn done_with<T: Send>(
     }
 }
 
-/// The threads of the matcher exist in the process that began them, and not in a fork of it, which would wait for them
-/// for ever.
+/// The threads of the matcher exist in the process that began them, and not in a fork of it, which
+/// would wait for them for ever.
 fn refuse_forked() -> Result<(), Refusal> {
     static BEGAN_IN: OnceLock<u32> = OnceLock::new();
     let process = std::process::id();
     if *BEGAN_IN.get_or_init(|| process) == process {
         return Ok(());
     }
-    Err(Refusal {
-        message: "this process was forked from one that has used epirig, whose threads it lacks; begin processes by \
-                  multiprocessing's method \"spawn\""
-            .to_owned(),
-        exit_code: 1,
-        kind: "trouble",
-        report: None,
-    })
+    let why = "this process was forked from one that has used epirig, whose threads it lacks; begin processes by \
+               multiprocessing's method \"spawn\"";
+    Err(Refusal::new(Blame::System, why))
+}
+
+/// Why there is no thread for work.
+pub(crate) fn no_thread(error: &std::io::Error) -> Refusal {
+    Refusal::new(Blame::System, format!("the system allows no more threads: {error}; end other programs"))
 }
 
 /// What is raised after `error` has ended work: for Ctrl-C what the work says of its end, as an interruption.
@@ -150,9 +158,9 @@ pub(crate) fn interrupted<T>(py: Python<'_>, found: Result<T, Refusal>, error: P
     if !error.is_instance_of::<PyKeyboardInterrupt>(py) {
         return error;
     }
-    let Refusal { exit_code, kind, .. } = Refusal::of(MatchError::Cancelled);
+    let Refusal { exit_code, kind, .. } = Refusal::of(Cancelled);
     let refusal = match found {
-        Ok(_) => Refusal::of(MatchError::Cancelled),
+        Ok(_) => Refusal::of(Cancelled),
         Err(refusal) if refusal.kind == "resumable" => refusal,
         Err(refusal) => Refusal { exit_code, kind, ..refusal },
     };

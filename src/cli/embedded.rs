@@ -62,6 +62,11 @@ impl From<CliError> for Refusal {
 }
 
 impl Refusal {
+    /// A failure of which `message` tells.
+    pub fn new(blame: Blame, message: impl ToString) -> Self {
+        CliError::new(blame, message).into()
+    }
+
     /// Of an error of the library.
     pub fn of(fault: impl Fault) -> Self {
         CliError::from(fault).into()
@@ -131,7 +136,7 @@ pub fn refuse_large_match(frames: Frames, options: &MatchOptions) -> Result<(), 
 ///
 /// ```json
 /// [{"verb": "match", "help": "...", "options": [{"name": "min_visible", "long": "min-visible", "kind": "number",
-///   "default": "0.5", "choices": [], "value": "SHARE", "heading": "Matching", "required": false, "many": false,
+///   "default": "0.5", "choices": [], "value": "SHARE", "heading": "Matching", "required": false, "hidden": false, "many": false,
 ///   "help": "..."}]}]
 /// ```
 ///

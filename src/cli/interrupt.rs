@@ -20,6 +20,8 @@ pub struct Switches(Mutex<Pressable>);
 struct Pressable {
     pause: Option<PauseSwitch>,
     stop: Option<StopSwitch>,
+    /// Interruptions by [`interrupt`](Switches::interrupt), also before there was a switch.
+    asked: u8,
 }
 
 impl Default for Pressable {
@@ -29,7 +31,7 @@ impl Default for Pressable {
 }
 
 impl Pressable {
-    const NONE: Self = Self { pause: None, stop: None };
+    const NONE: Self = Self { pause: None, stop: None, asked: 0 };
 }
 
 impl Switches {
@@ -40,17 +42,26 @@ impl Switches {
     /// From now on an interruption presses this switch: the first slows the stage down, the second stops it at
     /// once.
     pub(super) fn stops(&self, switch: StopSwitch) {
-        self.held().stop = Some(switch);
+        let mut held = self.held();
+        if held.asked > 1 {
+            switch.press(Urgency::Soon);
+        }
+        held.stop = Some(switch);
     }
 
     /// From now on the first interruption presses this switch, and only the next one stops the stage.
     pub(super) fn pauses(&self, switch: PauseSwitch) {
-        self.held().pause = Some(switch);
+        let mut held = self.held();
+        if held.asked > 0 {
+            switch.press();
+        }
+        held.pause = Some(switch);
     }
 
     /// From now on an interruption presses nothing.
     pub(super) fn clear(&self) {
-        *self.held() = Pressable::NONE;
+        let mut held = self.held();
+        (held.pause, held.stop) = (None, None);
     }
 
     fn stop(&self) -> Option<StopSwitch> {
@@ -63,8 +74,10 @@ impl Switches {
     }
 
     /// What Ctrl-C does: the first ends the scan after the frame in hand, so that it can be resumed; the next
-    /// slows the stage down, and the one after that stops it at once.
+    /// slows the stage down, and the one after that stops it at once. A scan that has not begun ends at its start.
     pub fn interrupt(&self) {
+        let asked = self.held().asked;
+        self.held().asked = asked.saturating_add(1);
         if let Some(pause) = self.pause() {
             pause.press();
         } else if let Some(switch) = self.stop() {

@@ -139,6 +139,11 @@ impl Talk {
         Self { quiet: false, told: Mutex::new(Instant::now()), pace: Mutex::default(), caller: Some(heard) }
     }
 
+    /// Whether a program has called the verb; then there is no person at a terminal.
+    pub(super) fn has_caller(&self) -> bool {
+        self.caller.is_some()
+    }
+
     /// What an interruption presses; `None` if nothing interrupts the verb.
     pub(super) fn switches(&self) -> Option<&Switches> {
         match &self.caller {

@@ -16,6 +16,8 @@ use crate::pipeline::{
     inspect_surface, open_results, steps_options, surface_need,
 };
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary, names};
+use epirig_core::fault::{Blame, Fault as _};
+use epirig_core::progress::Progress;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_surface::{
@@ -133,6 +135,7 @@ fn measured(
     let halves = halves(sequence, opened, talk)?;
     let measured = MeasuredSurface { sequence, opened, heights, halves: halves.as_ref() };
     let summary = inspect_surface(measured, &questions, &folder)?;
+    (talk as &dyn Progress).unless_cancelled()?;
     folder.commit()?;
     Ok(summary)
 }
@@ -165,7 +168,9 @@ fn halves(
     let need = halves_need(half_frames(sequence, opened));
     check("matching halves of the frames", need, talk, close_others)?;
     let found = match half_heights(sequence, opened, talk) {
-        Err(error @ (PipelineError::Sequence(_) | PipelineError::Halves(_))) => {
+        Err(error @ (PipelineError::Sequence(_) | PipelineError::Halves(_)))
+            if error.blame() != Blame::Interruption =>
+        {
             talk.say(&format!("note: {error}"));
             None
         }

@@ -4,6 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use thiserror::Error;
 
+use crate::fault::{Blame, Fault};
+
 /// A listener to work that takes a while. Methods are called from any thread.
 pub trait Progress: Sync {
     /// Work named `what` begins and consists of `total` parts.
@@ -14,8 +16,8 @@ pub trait Progress: Sync {
     fn end(&self);
     /// A sentence that a person should read now.
     fn note(&self, _words: &str) {}
-    /// Whether the work shall end early. It is asked for each row of an image, or for each frame; work that
-    /// ends early fails with an error that says so.
+    /// Whether the work shall end early; once it is so, it stays so. It is asked for each row of an image, or for
+    /// each frame. Work that ends early fails with an error that says so.
     fn cancelled(&self) -> bool {
         false
     }
@@ -25,6 +27,12 @@ pub trait Progress: Sync {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("the work was interrupted")]
 pub struct Cancelled;
+
+impl Fault for Cancelled {
+    fn blame(&self) -> Blame {
+        Blame::Interruption
+    }
+}
 
 impl dyn Progress + '_ {
     /// For work whose loops end early once it is cancelled, so that what they found means nothing.

@@ -126,6 +126,16 @@ impl Volume {
         Ok(Self { rows, columns, stored_columns: columns, samples, ..empty })
     }
 
+    /// The same frames at other places.
+    ///
+    /// # Panics
+    /// If `tau` has another number of frames.
+    #[must_use]
+    pub fn at(self, tau: Tau) -> Self {
+        assert_eq!(tau.frames(), self.frames());
+        Self { tau, ..self }
+    }
+
     fn of_zeros(rows: usize, columns: usize, bit_depth: u8, tau: Tau, fine: bool) -> Self {
         let count = rows * columns * tau.frames();
         let samples = if fine { Samples::U16(vec![0; count]) } else { Samples::zeros(bit_depth, count) };

@@ -127,12 +127,18 @@ impl Stack {
     ) -> Result<Self, E> {
         let tau = Tau::equidistant(frames.len()).map_err(StackError::from)?;
         let mut volume: Option<Volume> = None;
+        let mut count = 0;
         for (t, frame) in frames.enumerate() {
             let frame = frame?;
+            count += 1;
             let new = || Volume::new(frame.rows(), frame.columns(), frame.bit_depth(), tau.clone());
             volume.get_or_insert_with(new).insert(t, &frame).map_err(StackError::from)?;
         }
-        volume.map(|volume| Self { volume }).ok_or_else(|| StackError::Tau(TauError::TooFew(0)).into())
+        match volume {
+            Some(volume) if count == tau.frames() => Ok(Self { volume }),
+            // An iterator that has fewer frames than it says.
+            _ => Err(StackError::Tau(TauError::TooFew(count)).into()),
+        }
     }
 
     /// From grey images of 8 bit, all of one size. Each is copied and dropped before the next one is asked
@@ -158,8 +164,7 @@ impl Stack {
         if positions_given != frames {
             return Err(StackError::Positions { positions: positions_given, frames });
         }
-        let all: Vec<usize> = (0..frames).collect();
-        Ok(Self { volume: self.volume.showing(&all, Tau::from_positions(positions)?) })
+        Ok(Self { volume: self.volume.at(Tau::from_positions(positions)?) })
     }
 
     /// Number of frames, rows and columns.

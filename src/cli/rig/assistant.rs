@@ -16,7 +16,7 @@ pub(in crate::cli) struct Hands<'a> {
 
 impl Assistant for Hands<'_> {
     fn is_there(&self) -> bool {
-        self.view.is_some() || std::io::stdin().is_terminal()
+        self.view.is_some() || !self.talk.has_caller() && std::io::stdin().is_terminal()
     }
 
     fn arrange(&mut self, arrangement: Arrangement, _camera: &mut dyn Camera) -> bool {

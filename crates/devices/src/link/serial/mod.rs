@@ -105,7 +105,8 @@ pub fn open(path: &str, baud: u32) -> Result<Box<dyn Link>, LinkError> {
     Ok(Box::new(SerialLink::open(path, baud)?))
 }
 
-/// Asks the process that uses a port to stop its stage now (SIGUSR1), if it is this program. Returns its id.
+/// Asks the process that uses a port to stop its stage now (SIGUSR1), if it is this program and heeds the signal, which
+/// would end it otherwise. Returns its id.
 pub fn ask_holder_to_stop(port: &str) -> Option<i32> {
     let pid = holder(port)?;
     // A lock file may be older than the process that has the id now.
@@ -113,8 +114,19 @@ pub fn ask_holder_to_stop(port: &str) -> Option<i32> {
     if program(&pid.to_string())?.file_name() != program("self")?.file_name() {
         return None;
     }
+    if !catches(pid, Signal::USR1) {
+        return None;
+    }
     rustix::process::kill_process(Pid::from_raw(pid)?, Signal::USR1).ok()?;
     Some(pid)
+}
+
+/// Whether a process has a handler for `signal`, as the kernel tells (proc(5)).
+fn catches(pid: i32, signal: Signal) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    let caught = caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    caught.is_some_and(|mask| mask >> (signal.as_raw() - 1) & 1 == 1)
 }
 
 impl Link for SerialLink {
