@@ -18,28 +18,11 @@ use super::{Cli, CliError, Talk, numbers};
 use crate::pipeline::Frames;
 use crate::profile::Profile;
 use epirig_core::fault::{Blame, Fault};
-use epirig_core::frame::Frame;
-use epirig_core::progress::{Progress, Silent};
-use epirig_data::sequence::FrameFacts;
+use epirig_core::progress::Silent;
 use epirig_matcher::{DisparityRange, MatchOptions};
 
+pub use super::caller::{CalledFrom, Caller};
 pub use super::interrupt::Switches;
-
-/// Who calls a verb: is told of its progress and its remarks, and may cancel it.
-pub type Caller = Arc<dyn CalledFrom>;
-
-/// What a caller hears of a verb: its progress and remarks; of a scan, each good frame, too.
-pub trait CalledFrom: Progress + Send + Sync {
-    /// A frame of the scan is good, and on its way to the disk.
-    fn frame(&self, _index: usize, _frame: &Frame, _facts: &FrameFacts) {}
-
-    /// What an interruption of this verb presses; `None` if nothing interrupts it.
-    fn switches(&self) -> Option<&Switches> {
-        None
-    }
-}
-
-impl CalledFrom for Silent {}
 
 /// Why a verb failed.
 #[derive(Debug, Clone, PartialEq)]
@@ -199,6 +182,7 @@ mod tests {
     use std::sync::Mutex;
 
     use super::*;
+    use epirig_core::progress::Progress;
 
     #[derive(Default)]
     struct Told(Mutex<Vec<String>>);

@@ -1,6 +1,7 @@
 //! The command line: one file per verb, without logic of its own.
 
 mod calibrate;
+mod caller;
 mod camera;
 mod capture;
 mod choice;

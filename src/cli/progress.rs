@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde_json::Value;
 use terminal_size::terminal_size_of;
 
-use super::embedded::Caller;
+use super::caller::Caller;
 use super::failure::Failure;
 use super::interrupt::{SWITCHES, Switches};
 use super::lines::wrapped;

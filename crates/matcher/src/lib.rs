@@ -26,7 +26,7 @@ pub use light_change::LightChange;
 pub use lines::EpiLines;
 pub use locking::{LockingAmplitudes, LockingHarmonic, PixelLocking};
 pub use maps::{DisparityMaps, OrderingUsed};
-pub use matcher::{EqualDiscs, Matcher, match_volume};
+pub use matcher::{EqualDiscs, Matcher, disparity, disparity_with, match_volume};
 pub use options::{
     EQUAL_DISCS_PX, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
     OrderingConstraint, ReferenceFrame, Search,
@@ -34,7 +34,7 @@ pub use options::{
 pub use profile::line_profile;
 #[cfg(feature = "ndarray")]
 pub use stack::Sample;
-pub use stack::{FloatLevels, Stack, StackError, disparity, disparity_with};
+pub use stack::{FloatLevels, Stack, StackError};
 pub use validity::Validity;
 
 // What the functions here take and give.

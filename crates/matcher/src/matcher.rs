@@ -19,11 +19,12 @@ use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::search::edge_refinement::refine_edges;
 use super::search::{SearchResult, Task, search};
+use super::stack::Stack;
 use super::validity::Validity;
 use super::validity::area::Area;
 use super::validity::rule::ValidityRule;
 use epirig_core::grid::Grid;
-use epirig_core::progress::Progress;
+use epirig_core::progress::{Progress, Silent};
 use epirig_core::volume::Volume;
 
 /// Gauss-Newton steps: from half a disparity step two come within a thousandth of a pixel of the end; the
@@ -43,6 +44,26 @@ pub fn match_volume(
     progress: &dyn Progress,
 ) -> Result<DisparityMaps, MatchError> {
     Matcher::new(volume.clone(), options.clone())?.matched(progress)
+}
+
+/// Disparity of every pixel of the reference frame of `stack`, in px over the whole baseline, with its sigma.
+///
+/// # Errors
+/// [`MatchError`] if the options do not suit the stack, or no range was given and none is to be found.
+pub fn disparity(stack: &Stack, options: &MatchOptions) -> Result<DisparityMaps, MatchError> {
+    disparity_with(stack, options, &Silent)
+}
+
+/// The same, which tells `progress` how far it is, and ends early if that [cancels](Progress::cancelled) it.
+///
+/// # Errors
+/// As [`disparity`], or [`MatchError::Cancelled`].
+pub fn disparity_with(
+    stack: &Stack,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Result<DisparityMaps, MatchError> {
+    match_volume(stack.volume(), options, progress)
 }
 
 /// A volume that is ready to be matched.

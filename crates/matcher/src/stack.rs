@@ -1,15 +1,10 @@
 //! Frames as callers have them: a slice, an array or images, put into the volume that is matched.
 
 use epirig_core::frame::{Frame, FrameError, Samples};
-use epirig_core::progress::{Progress, Silent};
 use epirig_core::tau::{Tau, TauError};
 use epirig_core::volume::{Volume, VolumeError};
 use rayon::prelude::*;
 use thiserror::Error;
-
-use super::maps::DisparityMaps;
-use super::matcher::match_volume;
-use super::options::{MatchError, MatchOptions};
 
 /// Frames x rows x columns of grey images, rectified: a point moves along its row from frame to frame.
 ///
@@ -181,26 +176,6 @@ impl Stack {
     pub fn into_volume(self) -> Volume {
         self.volume
     }
-}
-
-/// Disparity of every pixel of the reference frame of `stack`, in px over the whole baseline, with its sigma.
-///
-/// # Errors
-/// [`MatchError`] if the options do not suit the stack, or no range was given and none is to be found.
-pub fn disparity(stack: &Stack, options: &MatchOptions) -> Result<DisparityMaps, MatchError> {
-    disparity_with(stack, options, &Silent)
-}
-
-/// The same, which tells `progress` how far it is, and ends early if that [cancels](Progress::cancelled) it.
-///
-/// # Errors
-/// As [`disparity`], or [`MatchError::Cancelled`].
-pub fn disparity_with(
-    stack: &Stack,
-    options: &MatchOptions,
-    progress: &dyn Progress,
-) -> Result<DisparityMaps, MatchError> {
-    match_volume(&stack.volume, options, progress)
 }
 
 /// From samples in any unit to 16 bit: the largest one becomes 65535 DN. Zero, or the smallest sample if that

@@ -114,7 +114,7 @@ pub(crate) fn fit(
     progress: &dyn Progress,
 ) -> Result<FitResult, Cancelled> {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let mut steps = Steps::new(volume, lines, &guess, options, progress);
+    let mut steps = Steps::new(volume, lines, &guess, (options.rule, options.sizes), progress);
     let mut current = guess;
     for _ in 1..options.steps {
         steps.take(&mut current)?;

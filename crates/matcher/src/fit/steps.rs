@@ -4,7 +4,6 @@
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::Fit;
 use super::gains::corrections;
 use super::local_surface::{Sizes, rough_surface};
 use super::mixed_pixels::RowSamples;
@@ -65,7 +64,7 @@ impl<'a> Steps<'a> {
         volume: &'a Volume,
         lines: &'a EpiLines,
         guess: &Grid<f32>,
-        Fit { rule, sizes, .. }: Fit,
+        (rule, sizes): (SeenRule, Sizes),
         progress: &'a dyn Progress,
     ) -> Self {
         Self { sizes, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule, progress) }
