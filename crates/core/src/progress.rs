@@ -66,7 +66,9 @@ impl Progress for Uncounted<'_> {
 /// use epirig_core::progress::{Cancel, Progress as _};
 ///
 /// let cancel = Cancel::default();
-/// std::thread::scope(|threads| threads.spawn(|| cancel.cancel()));
+/// std::thread::scope(|threads| {
+///     threads.spawn(|| cancel.cancel());
+/// });
 /// assert!(cancel.cancelled());
 /// ```
 #[derive(Debug, Default)]
