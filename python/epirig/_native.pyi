@@ -6,7 +6,7 @@ from _typeshed import Incomplete, SupportsGetItem
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Connection", "Scan", "call", "map_names", "match_array", "read_frames", "read_map", "result_map", "run", "sequence_facts", "sequence_tau", "validity_classes", "verbs"]
+__all__ = ["Connection", "Scan", "call", "map_names", "match_array", "read_frames", "result_map", "run", "sequence_facts", "sequence_tau", "validity_classes", "verbs"]
 
 @final
 class Connection:
@@ -85,11 +85,6 @@ def read_frames(folder: str | PathLike[str], rectified: bool, progress: Any | No
 
     Without `rectified` as they were captured, of uint8 or uint16; with it corrected and rectified by the calibration of
     the sequence, of float32 in DN.
-    """
-
-def read_map(path: str | PathLike[str]) -> Incomplete:
-    """
-    A map from a file: .tiff, .pfm, .npy and what else `epirig evaluate` takes.
     """
 
 def result_map(folder: str | PathLike[str], name: str) -> Incomplete | None:

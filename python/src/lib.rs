@@ -20,7 +20,7 @@ mod _native {
     #[pymodule_export]
     use super::matching::{match_array, validity_classes};
     #[pymodule_export]
-    use super::results::{map_names, read_map, result_map};
+    use super::results::{map_names, result_map};
     #[pymodule_export]
     use super::rig::{Connection, Scan};
     #[pymodule_export]

@@ -31,10 +31,3 @@ pub(crate) fn map_names(verb: &str) -> Vec<(&'static str, &'static str, &'static
     let rows = ResultMap::ALL.iter().map(|map| map.row()).filter(|row| row.kind.verb() == verb);
     rows.map(|row| (row.id, row.title, row.unit())).collect()
 }
-
-/// A map from a file: .tiff, .pfm, .npy and what else `epirig evaluate` takes.
-#[pyfunction]
-pub(crate) fn read_map<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Map<'py, f32>> {
-    let found = done(py, None, |_| epirig::results::read_map(&path).map_err(Refusal::of))?;
-    array(py, found)
-}

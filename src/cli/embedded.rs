@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::builder::PossibleValue;
-use clap::{Arg, ArgAction, Args as _, Command, CommandFactory as _, FromArgMatches as _};
+use clap::{Arg, ArgAction, Args as _, Command, CommandFactory as _, FromArgMatches};
 use serde_json::{Value, json};
 
 use super::failure::code;
@@ -65,17 +65,25 @@ impl Refusal {
     }
 }
 
+/// What `words` say to `program`, whose name is not among them.
+fn parsed<A: FromArgMatches>(
+    program: Command,
+    words: impl IntoIterator<Item = OsString>,
+) -> Result<A, Refusal> {
+    let program = program.no_binary_name(true);
+    let found = program.clone().try_get_matches_from(words);
+    found
+        .and_then(|mut found| A::from_arg_matches_mut(&mut found))
+        .map_err(|error| Refusal::of_options(error, &program))
+}
+
 /// Runs a verb with its options, without the name of the program: `["match", "seq", "--quick"]`. Gives what
 /// `--json` prints; null for a verb that prints nothing.
 ///
 /// # Errors
 /// [`Refusal`], with the texts of the command line.
 pub fn call(words: impl IntoIterator<Item = OsString>, caller: Caller) -> Result<Value, Refusal> {
-    let program = Cli::command().no_binary_name(true);
-    let parsed = program.clone().try_get_matches_from(words);
-    let cli = parsed
-        .and_then(|mut found| Cli::from_arg_matches_mut(&mut found))
-        .map_err(|error| Refusal::of_options(error, &program))?;
+    let cli = parsed::<Cli>(Cli::command(), words)?;
     let talk = Talk::to_caller(caller);
     cli.verb.run_logged(&talk)?;
     Ok(talk.into_result().unwrap_or(Value::Null))
@@ -86,12 +94,8 @@ pub fn call(words: impl IntoIterator<Item = OsString>, caller: Caller) -> Result
 /// # Errors
 /// [`Refusal`], with the texts of the command line.
 pub fn profile(words: impl IntoIterator<Item = OsString>) -> Result<Profile, Refusal> {
-    let program = RigArguments::augment_args(Command::new("rig").no_binary_name(true));
-    let parsed = program.clone().try_get_matches_from(words);
-    let arguments = parsed
-        .and_then(|mut found| RigArguments::from_arg_matches_mut(&mut found))
-        .map_err(|error| Refusal::of_options(error, &program))?;
-    Ok(arguments.profile()?)
+    let program = RigArguments::augment_args(Command::new("rig"));
+    Ok(parsed::<RigArguments>(program, words)?.profile()?)
 }
 
 /// The matcher's options from those of `match`: `["--method", "normalised"]`.
@@ -99,12 +103,8 @@ pub fn profile(words: impl IntoIterator<Item = OsString>) -> Result<Profile, Ref
 /// # Errors
 /// [`Refusal`], with the texts of the command line.
 pub fn match_options(words: impl IntoIterator<Item = OsString>) -> Result<MatchOptions, Refusal> {
-    let program = MatchArguments::augment_args(Command::new("match").no_binary_name(true));
-    let parsed = program.clone().try_get_matches_from(words);
-    let arguments = parsed
-        .and_then(|mut found| MatchArguments::from_arg_matches_mut(&mut found))
-        .map_err(|error| Refusal::of_options(error, &program))?;
-    Ok(arguments.options())
+    let program = MatchArguments::augment_args(Command::new("match"));
+    Ok(parsed::<MatchArguments>(program, words)?.options())
 }
 
 /// Refuses a match of frames that does not fit into memory, and suggests one that does.
@@ -118,13 +118,14 @@ pub fn refuse_large_match(frames: Frames, options: &MatchOptions) -> Result<(), 
 /// All verbs with their options, for those who write them down in another language:
 ///
 /// ```json
-/// [{"verb": "match", "help": "...", "options": [{"name": "min_visible", "long": "min-visible", "kind": "number",
-///   "default": "0.5", "choices": [], "value": "SHARE", "heading": "Matching", "required": false, "hidden": false, "many": false,
-///   "help": "..."}]}]
+/// [{"verb": "match", "help": "...", "options": [
+///   {"name": "min_visible", "long": "min-visible", "kind": "number", "default": "0.5", "choices": [],
+///    "value": "SHARE", "heading": "Matching", "required": false, "hidden": false, "many": false,
+///    "help": "..."}]}]
 /// ```
 ///
-/// `choices` are objects of `name` and `help`; `long` is null for an argument without a name; `kind` is one of `flag`, `number`, `whole`, `path`, `range` and
-/// `text`.
+/// `choices` are objects of `name` and `help`; `long` is null for an argument without a name; `kind` is
+/// one of `flag`, `number`, `whole`, `path`, `range` and `text`.
 pub fn verbs() -> Value {
     let program = Cli::command();
     let verb = |verb: &Command| {

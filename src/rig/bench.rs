@@ -3,7 +3,7 @@
 use super::camera::{camera_settings, open_camera};
 use super::{RigError, RigStage};
 use crate::profile::Profile;
-use epirig_devices::camera::{Camera, CameraSettings, Configuration, TakenFrame};
+use epirig_devices::camera::{Camera, CameraSettings, TakenFrame};
 use epirig_devices::stage::{Stage, StageSource as _};
 
 /// The connected stage and camera of a profile. When it is dropped, a stage that moves is stopped.
@@ -23,8 +23,8 @@ pub struct Bench {
     stage: Box<dyn Stage>,
     camera: Box<dyn Camera>,
     settings: CameraSettings,
-    /// What the camera was set to; `None` before the first frame.
-    configuration: Option<Configuration>,
+    /// Whether the camera is set as the profile says.
+    configured: bool,
     /// Whether frames are coming.
     started: bool,
 }
@@ -39,7 +39,7 @@ impl Bench {
         let mut source = RigStage::of(profile)?;
         let stage = source.connect()?;
         let camera = open_camera(profile, &source.watch())?.camera;
-        Ok(Self { stage, camera, settings, configuration: None, started: false })
+        Ok(Self { stage, camera, settings, configured: false, started: false })
     }
 
     /// The stage.
@@ -52,18 +52,14 @@ impl Bench {
         &mut *self.camera
     }
 
-    /// What the camera was set to: by the first frame, as the profile says.
-    pub fn configuration(&self) -> Option<&Configuration> {
-        self.configuration.as_ref()
-    }
-
     /// A frame whose exposure begins after this call. The first one takes longer, until the picture is steady.
     ///
     /// # Errors
     /// [`RigError::Camera`] if no good frame came in time; the next call starts the camera again.
     pub fn grab(&mut self) -> Result<TakenFrame, RigError> {
-        if self.configuration.is_none() {
-            self.configuration = Some(self.camera.configure(&self.settings)?);
+        if !self.configured {
+            self.camera.configure(&self.settings)?;
+            self.configured = true;
         }
         if !self.started {
             self.camera.start()?;

@@ -78,7 +78,7 @@ impl Stack {
     /// [`StackError`] if their number is not that of the shape, or there are fewer than two frames.
     pub fn from_u8(samples: &[u8], shape: [usize; 3]) -> Result<Self, StackError> {
         let layout = Layout::of(shape, samples.len())?;
-        let gathered = layout.gathered(|t, y, row| row.copy_from_slice(&samples[layout.row(t, y)]));
+        let gathered = layout.gathered(|t, y| samples[layout.row(t, y)].iter().copied());
         layout.stack(8, Samples::U8(gathered))
     }
 
@@ -88,7 +88,7 @@ impl Stack {
     /// As [`from_u8`](Self::from_u8).
     pub fn from_u16(samples: &[u16], shape: [usize; 3]) -> Result<Self, StackError> {
         let layout = Layout::of(shape, samples.len())?;
-        let gathered = layout.gathered(|t, y, row| row.copy_from_slice(&samples[layout.row(t, y)]));
+        let gathered = layout.gathered(|t, y| samples[layout.row(t, y)].iter().copied());
         layout.stack(16, Samples::U16(gathered))
     }
 
@@ -98,19 +98,7 @@ impl Stack {
     /// As [`from_u8`](Self::from_u8), or if a sample is not a finite number.
     pub fn from_f32(samples: &[f32], shape: [usize; 3]) -> Result<Self, StackError> {
         let layout = Layout::of(shape, samples.len())?;
-        let range = |t: usize| {
-            let frame = samples[t * layout.rows * layout.columns..][..layout.rows * layout.columns].iter();
-            FloatLevels::of(t, layout.columns, frame.map(|&value| value.into()))
-        };
-        let ranges: Vec<FloatLevels> =
-            (0..layout.frames).into_par_iter().map(range).collect::<Result<_, _>>()?;
-        let levels = FloatLevels::of_all(&ranges);
-        let gathered = layout.gathered(|t, y, row: &mut [u16]| {
-            row.iter_mut()
-                .zip(&samples[layout.row(t, y)])
-                .for_each(|(out, value)| *out = levels.level((*value).into()));
-        });
-        layout.stack(16, Samples::U16(gathered))
+        layout.floats(|t, y| samples[layout.row(t, y)].iter().copied())
     }
 
     /// From frames of one size and bit depth. Each is copied and dropped before the next one is asked for.
@@ -245,13 +233,34 @@ impl Layout {
         start..start + self.columns
     }
 
-    /// Rows x frames x columns, of which `put` writes row `y` of frame `t`.
-    fn gathered<T: Copy + Default + Send>(self, put: impl Fn(usize, usize, &mut [T]) + Sync) -> Vec<T> {
+    /// Rows x frames x columns of what `samples` gives of row `y` of frame `t`.
+    fn gathered<T: Copy + Default + Send, I: Iterator<Item = T>>(
+        self,
+        samples: impl Fn(usize, usize) -> I + Sync,
+    ) -> Vec<T> {
         let mut gathered = vec![T::default(); self.rows * self.frames * self.columns];
         gathered.par_chunks_exact_mut(self.frames * self.columns).enumerate().for_each(|(y, epi)| {
-            epi.chunks_exact_mut(self.columns).enumerate().for_each(|(t, row)| put(t, y, row));
+            for (t, row) in epi.chunks_exact_mut(self.columns).enumerate() {
+                row.iter_mut().zip(samples(t, y)).for_each(|(out, value)| *out = value);
+            }
         });
         gathered
+    }
+
+    /// The stack of samples of any unit; see [`FloatLevels`].
+    fn floats<I: Iterator<Item = f32>>(
+        self,
+        samples: impl Fn(usize, usize) -> I + Sync,
+    ) -> Result<Stack, StackError> {
+        let range = |t: usize| {
+            let frame = (0..self.rows).flat_map(|y| samples(t, y));
+            FloatLevels::of(t, self.columns, frame.map(f64::from))
+        };
+        let ranges: Vec<FloatLevels> =
+            (0..self.frames).into_par_iter().map(range).collect::<Result<_, _>>()?;
+        let levels = FloatLevels::of_all(&ranges);
+        let gathered = self.gathered(|t, y| samples(t, y).map(|value| levels.level(value.into())));
+        self.stack(16, Samples::U16(gathered))
     }
 
     fn stack(self, bit_depth: u8, gathered: Samples) -> Result<Stack, StackError> {
@@ -263,9 +272,9 @@ impl Layout {
 
 #[cfg(feature = "ndarray")]
 mod arrays {
-    use ndarray::ArrayView3;
+    use ndarray::{ArrayView3, s};
 
-    use super::{FloatLevels, Layout, Samples, Stack, StackError};
+    use super::{Layout, Samples, Stack, StackError};
 
     /// What the samples of an array may be: `u8`, `u16` or `f32`.
     pub trait Sample: Copy + Send + Sync + sealed::Sealed {
@@ -285,41 +294,26 @@ mod arrays {
         Layout::of([frames, rows, columns], array.len())
     }
 
-    fn gathered<T: Copy + Sync, U: Copy + Default + Send>(
-        array: &ArrayView3<'_, T>,
-        layout: Layout,
-        convert: impl Fn(T) -> U + Sync,
-    ) -> Vec<U> {
-        layout.gathered(|t, y, row| {
-            let from = array.slice(ndarray::s![t, y, ..]);
-            row.iter_mut().zip(from).for_each(|(out, &value)| *out = convert(value));
-        })
-    }
-
     impl Sample for u8 {
         fn stacked(array: ArrayView3<'_, Self>) -> Result<Stack, StackError> {
             let layout = layout(&array)?;
-            layout.stack(8, Samples::U8(gathered(&array, layout, |value| value)))
+            let gathered = layout.gathered(|t, y| array.slice(s![t, y, ..]).into_iter().copied());
+            layout.stack(8, Samples::U8(gathered))
         }
     }
 
     impl Sample for u16 {
         fn stacked(array: ArrayView3<'_, Self>) -> Result<Stack, StackError> {
             let layout = layout(&array)?;
-            layout.stack(16, Samples::U16(gathered(&array, layout, |value| value)))
+            let gathered = layout.gathered(|t, y| array.slice(s![t, y, ..]).into_iter().copied());
+            layout.stack(16, Samples::U16(gathered))
         }
     }
 
     impl Sample for f32 {
         fn stacked(array: ArrayView3<'_, Self>) -> Result<Stack, StackError> {
             let layout = layout(&array)?;
-            let of = |(t, frame): (usize, ndarray::ArrayView2<'_, f32>)| {
-                FloatLevels::of(t, layout.columns, frame.iter().map(|&value| value.into()))
-            };
-            let ranges: Vec<FloatLevels> =
-                array.outer_iter().enumerate().map(of).collect::<Result<_, _>>()?;
-            let levels = FloatLevels::of_all(&ranges);
-            layout.stack(16, Samples::U16(gathered(&array, layout, |value| levels.level(value.into()))))
+            layout.floats(|t, y| array.slice(s![t, y, ..]).into_iter().copied())
         }
     }
 
