@@ -288,7 +288,12 @@ struct PlainDevice {
 impl PlainDevice {
     fn new(faults: FaultScript) -> Self {
         Self {
-            body: Body::new(faults, HOME_SWITCH_AT, HOME_SWITCH_AT + TRAVEL_STEPS + 500),
+            body: Body::new(
+                faults,
+                1.0 / f64::from(STEPS_PER_MM),
+                HOME_SWITCH_AT,
+                HOME_SWITCH_AT + TRAVEL_STEPS + 500,
+            ),
             position: None,
             run: None,
             homing: false,
@@ -333,7 +338,7 @@ impl PlainDevice {
                         self.body.move_begins();
                         self.begin(target - at);
                     } else if at == target {
-                        self.body.troubles.move_begins();
+                        self.body.count_move();
                         self.body.troubles.move_ends();
                     }
                     "ok".to_owned()
@@ -371,18 +376,19 @@ impl PlainDevice {
 
 impl SimulatedDevice for PlainDevice {
     fn receive(&mut self, byte: u8) {
-        match byte {
-            _ if !self.body.troubles.connected() => {}
-            b'\n' => {
-                let line = std::mem::take(&mut self.line);
-                let question = unsealed(&line).and_then(|words| words.split_once(' '));
-                if let Some((id, words)) = question {
-                    let answer = sealed(&format!("{id} {}", self.obey(words)));
-                    self.body.say(answer.as_bytes());
+        for byte in self.body.heard(byte) {
+            match byte {
+                b'\n' => {
+                    let line = std::mem::take(&mut self.line);
+                    let question = unsealed(&line).and_then(|words| words.split_once(' '));
+                    if let Some((id, words)) = question {
+                        let answer = sealed(&format!("{id} {}", self.obey(words)));
+                        self.body.say(answer.as_bytes());
+                    }
                 }
+                byte if self.line.len() < LONGEST_LINE => self.line.push(char::from(byte)),
+                _ => self.line.clear(),
             }
-            byte if self.line.len() < LONGEST_LINE => self.line.push(char::from(byte)),
-            _ => self.line.clear(),
         }
     }
 

@@ -102,6 +102,6 @@ fn estimate(profile: &Profile, plan: &CapturePlan) -> Estimate {
     let rate_hz = profile.camera.rate_hz.or(simulated.then_some(f64::from(SimDevice::RATE_HZ)));
     let interval = rate_hz.and_then(|rate_hz| Duration::try_from_secs_f64(1.0 / rate_hz).ok());
     let config = SimStageConfig::of_settings(&profile.stage.settings, profile.sim.seed);
-    let stage = profile.stage.is_simulated().then(|| SimStage::new(config));
+    let stage = (!profile.stage.driver.has_line()).then(|| SimStage::new(config));
     plan.estimate(frame_bytes, interval, |mm| stage.as_ref()?.expected_duration(mm))
 }

@@ -29,9 +29,11 @@ use epirig_simulator::SimulatorConfig;
 
 Faults, several separated by commas; MOVE counts from 1, TIME is in seconds:
   switch-never-closes      homing finds no switch
+  lost-steps@MOVE/LENGTHmm the carriage stays behind by this length in this move; only homing tells
   no-motion@MOVE           the carriage stands still from this move on; a native stage
                            notices it only when homed
   mute@MOVE/TIMEs          answers after this move are lost for a time
+  noise@MOVE/TIMEs         one byte in a hundred each is lost, doubled and flipped for a time
   reset@MOVE+TIMEs         it restarts in this move, at this time after its start
   settings@MOVE+TIMEs      it restarts in this move with other steps per mm; a zaber stage with
                            another resolution

@@ -216,9 +216,12 @@ impl Reader {
 
     fn ask_for_what_is_needed(&mut self, sections: &Sections) {
         let driver = sections.stage.driver;
-        for key in driver.keys() {
-            if let Some(advice) = key.needed {
-                self.need("stage.driver", driver.name(), &key.path(), advice);
+        // A simulated device brings what it needs.
+        if !sections.stage.is_simulated() {
+            for key in driver.keys() {
+                if let Some(advice) = key.needed {
+                    self.need("stage.driver", driver.name(), &key.path(), advice);
+                }
             }
         }
         if let Some(FocalLength::Mm(_)) = sections.optics.focal_length {

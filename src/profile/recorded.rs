@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::error::{ProfileError, one_line};
 use super::read::{ignored, read};
-use super::schema::{CONTROLS, SECTIONS, default_of};
+use super::schema::{CONTROLS, SECTIONS, SimProfile, default_of};
 use super::settings::Settings;
 use super::value::interpret;
 use super::{Override, Profile};
@@ -39,13 +39,21 @@ impl Fault for RecordedRigError {
 
 impl Profile {
     /// The rig of the frames of `sequence`: complete for a scan. For imported images only lens and targets
-    /// are recorded; stage, camera and plan have their defaults. `None` if no rig was recorded.
+    /// are recorded; stage, camera and plan have their defaults. `None` if no rig was recorded. Scripted faults of
+    /// a simulated rig are left out: they have happened.
     ///
     /// # Errors
     /// [`RecordedRigError`].
     pub fn of_sequence(sequence: &Sequence) -> Result<Option<Self>, RecordedRigError> {
         let record = sequence.record();
-        let profile = record.origin.rig().map(Self::of_record).transpose();
+        let profile = record.origin.rig().map(|rig| {
+            let mut rig = rig.clone();
+            if let Some(sim) = rig.get_mut(SimProfile::SECTION.name).and_then(Json::as_object_mut) {
+                sim.remove("faults");
+            }
+            Self::of_record(&rig)
+        });
+        let profile = profile.transpose();
         let problems = |error: ProfileError| -> Vec<String> {
             error.mistakes.iter().map(|mistake| one_line(&mistake.problem)).collect()
         };

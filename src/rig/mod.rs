@@ -19,6 +19,7 @@ mod bench;
 mod calibration;
 mod camera;
 mod error;
+mod faults;
 mod plan;
 mod simulator;
 mod stage;

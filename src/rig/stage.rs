@@ -1,14 +1,47 @@
 //! The stage of a profile.
 
-use super::RigError;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::{RigError, faults};
 use crate::profile::Profile;
-use epirig_devices::link::{Link, LinkError, PortChoice, choose, open, ports};
+use epirig_devices::link::{
+    Link, LinkError, PortChoice, SimulatedDevice as _, SimulatedLink, choose, open, ports,
+};
+use epirig_devices::stage::simulator::{FaultInlet, FaultScript, SimulatedStage, StageFault};
 use epirig_devices::stage::{
     CheckedStage, Connection, Stage, StageError, StagePosition, StageSource, WhenMoving, connect,
 };
 
+/// Simulated time from one connection to the next: nothing else passes while a program waits.
+const BETWEEN_CONNECTIONS: Duration = Duration::from_millis(500);
+
 /// Inserted between a line and its driver, such as a [`Recorder`](epirig_devices::link::Recorder).
 pub type Tap<'a> = Box<dyn FnMut(Box<dyn Link>) -> Result<Box<dyn Link>, LinkError> + 'a>;
+
+/// A simulated device at the end of a line.
+struct Simulated {
+    stage: SimulatedStage,
+    faults: FaultInlet,
+    in_real_time: bool,
+}
+
+impl Simulated {
+    /// The device of the profile's driver, whose carriage is shown at `watch`; `None` for every other stage.
+    fn of(profile: &Profile, watch: &StagePosition) -> Option<Self> {
+        /// For a device that counts its starts.
+        const START: u32 = 1;
+        let script = FaultScript::default();
+        let faults = script.inlet();
+        let stage = profile.stage.is_simulated().then(|| profile.stage.driver.simulated(script, START))??;
+        Some(Self { stage: stage.shown_at(watch.clone()), faults, in_real_time: profile.sim.real_time })
+    }
+
+    fn line(&self) -> Box<dyn Link> {
+        let link = SimulatedLink::new(Arc::clone(&self.stage.device));
+        Box::new(if self.in_real_time { link.in_real_time() } else { link })
+    }
+}
 
 /// The stage of a profile, connected as often as needed, and [checked](CheckedStage).
 pub struct RigStage<'a> {
@@ -17,17 +50,32 @@ pub struct RigStage<'a> {
     tap: Option<Tap<'a>>,
     watch: StagePosition,
     when_moving: WhenMoving,
+    /// What is simulated, if the line is.
+    simulated: Option<Simulated>,
+    /// Faults that have not yet happened, each with the position of its frame in mm.
+    faults: Arc<Mutex<Vec<(f64, StageFault)>>>,
 }
 
 impl<'a> RigStage<'a> {
     /// The stage of a profile; connects later.
     ///
     /// # Errors
-    /// [`RigError::Value`] if the port is invalid.
+    /// [`RigError::Value`] if the port is invalid, or a fault of a simulated stage cannot happen.
     pub fn of(profile: &'a Profile) -> Result<Self, RigError> {
         let port = profile.stage.port.as_deref().map_or(Ok(PortChoice::Any), str::parse);
         let port = port.map_err(|reason| RigError::Value { key: "stage.port", reason })?;
-        Ok(Self { profile, port, tap: None, watch: StagePosition::default(), when_moving: WhenMoving::Wait })
+        let watch = StagePosition::default();
+        let simulated = Simulated::of(profile, &watch);
+        let planned = &profile.sim.faults.stage;
+        let needs_line = planned.iter().find(|fault| fault.lost_mm().is_none() && simulated.is_none());
+        if let Some(fault) = needs_line {
+            let advice =
+                "set stage.driver to that of a stage with a line, such as native, and stage.port = \"sim\"";
+            return Err(faults::faulty(format!("{fault} cannot happen to a stage in memory; {advice}")));
+        }
+        let faults = faults::at_positions(planned, StageFault::number, profile)?;
+        let faults = Arc::new(Mutex::new(faults));
+        Ok(Self { profile, port, tap: None, watch, when_moving: WhenMoving::Wait, simulated, faults })
     }
 
     /// The same, with `tap` between line and driver.
@@ -45,7 +93,7 @@ impl<'a> RigStage<'a> {
     /// # Errors
     /// [`LinkError`] if it cannot be opened.
     pub fn line(&mut self, baud: u32) -> Result<Box<dyn Link>, LinkError> {
-        line(&self.port, &mut self.tap, baud)
+        line(&self.port, self.simulated.as_ref(), &mut self.tap, baud)
     }
 
     /// The carriage position for a simulated camera, independent of the connection: the true position of a
@@ -68,8 +116,16 @@ fn port(choice: &PortChoice) -> Result<String, LinkError> {
     choose(choice, &known)
 }
 
-fn line(choice: &PortChoice, tap: &mut Option<Tap<'_>>, baud: u32) -> Result<Box<dyn Link>, LinkError> {
-    let link = open(&port(choice)?, baud)?;
+fn line(
+    choice: &PortChoice,
+    simulated: Option<&Simulated>,
+    tap: &mut Option<Tap<'_>>,
+    baud: u32,
+) -> Result<Box<dyn Link>, LinkError> {
+    let link = match simulated {
+        Some(simulated) => simulated.line(),
+        None => open(&port(choice)?, baud)?,
+    };
     match tap {
         Some(tap) => tap(link),
         None => Ok(link),
@@ -78,8 +134,14 @@ fn line(choice: &PortChoice, tap: &mut Option<Tap<'_>>, baud: u32) -> Result<Box
 
 impl StageSource for RigStage<'_> {
     fn connect(&mut self) -> Result<Box<dyn Stage>, StageError> {
-        let Self { profile, port: choice, tap, watch, when_moving } = self;
-        let mut open_line = |baud| line(choice, tap, baud);
+        let Self { profile, port: choice, tap, watch, when_moving, simulated, faults } = self;
+        let (stage, simulated) = (&profile.stage, simulated.as_ref());
+        let mut settings = stage.settings.clone();
+        if let Some(simulated) = simulated {
+            settings.add_missing(&simulated.stage.settings);
+            Arc::clone(&simulated.stage.device).advance(BETWEEN_CONNECTIONS);
+        }
+        let mut open_line = |baud| line(choice, simulated, tap, baud);
         let mut connection = Connection {
             open_line: &mut open_line,
             watch: watch.clone(),
@@ -87,12 +149,25 @@ impl StageSource for RigStage<'_> {
             in_real_time: profile.sim.real_time,
             when_moving: *when_moving,
         };
-        let stage = &profile.stage;
-        let axis = connect(stage.driver, &mut connection, &stage.settings)?;
+        let axis = connect(stage.driver, &mut connection, &settings)?;
         let checked =
             CheckedStage::over(axis).with_tolerance(stage.tolerance_mm).approaching_by(stage.approach_mm);
-        // A stage in memory shows its true position.
-        let shown = profile.camera.is_simulated() && !stage.is_simulated();
-        Ok(Box::new(if shown { checked.shown_at(watch.clone()) } else { checked }))
+        // A simulated stage shows its true position.
+        if !stage.is_simulated() {
+            let shown = profile.camera.is_simulated();
+            return Ok(Box::new(if shown { checked.shown_at(watch.clone()) } else { checked }));
+        }
+        let (watch, faults, inlet) =
+            (watch.clone(), Arc::clone(faults), simulated.map(|simulated| simulated.faults.clone()));
+        Ok(Box::new(checked.telling(move |position_mm| {
+            watch.set_target(position_mm);
+            let mut faults = faults.lock().unwrap_or_else(PoisonError::into_inner);
+            for (_, fault) in faults.extract_if(.., |(position_mm, _)| watch.is_sent_to(*position_mm)) {
+                match &inlet {
+                    Some(inlet) => inlet.in_next_move(fault),
+                    None => watch.lose_steps(fault.lost_mm().unwrap_or_default()),
+                }
+            }
+        })))
     }
 }

@@ -73,7 +73,7 @@ impl<'a> Stages<'a> {
         transcript: Option<&Path>,
         talk: &'a Talk,
     ) -> Result<Self, CliError> {
-        if transcript.is_some() && profile.stage.is_simulated() {
+        if transcript.is_some() && !profile.stage.driver.has_line() {
             return Err(CliError::usage(
                 "--transcript means nothing with --driver sim; leave it out".to_owned(),
             ));

@@ -3,6 +3,7 @@
 use super::section::{Allowed, Kind, Setting, from_value, measure, section};
 use epirig_core::choice::{Choice as _, names};
 use epirig_core::settings::quantity::{DEG, DN, MM, PERCENT, UM};
+use epirig_devices::faults::RigFaults;
 
 epirig_core::choices! {
     /// The scene of the simulator.
@@ -59,5 +60,13 @@ section! {
         "pixel_gains" => pixel_gains: f64 = measure(PERCENT, Allowed::UpTo(10.0)), like "0.5 %" or "0 %";
         /// Number of hot pixels: nearly white in any light.
         "hot_pixels" => hot_pixels: usize = Kind::Whole(0, 1_000_000), like "5" or "0";
+        /// Faults of stage and camera, separated by commas, each at a frame, counted from 0; a scan that is
+        /// resumed has none.
+        "faults" => faults: RigFaults = FAULTS, like "lost-steps@40/0.1mm";
     }
 }
+
+const FAULTS: Kind =
+    Kind::Form { allowed: RigFaults::ALLOWED, is_valid: |text| text.parse::<RigFaults>().is_ok() };
+
+from_value! { RigFaults: Setting::Text(text) => text.parse().ok(); }

@@ -11,7 +11,8 @@ section! {
         /// The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in memory.
         "driver" => driver: Driver = Kind::Choice(|| drivers().iter().map(|driver| driver.name()).collect()),
             like "grbl" or "native";
-        /// The port: a path, usb:SERIAL or usb:VID:PID; by default the only USB serial port.
+        /// The port: a path, usb:SERIAL, usb:VID:PID, or sim for a simulated device; by default the only USB
+        /// serial port.
         "port" => port: Option<String> = Kind::Text, like "/dev/ttyACM0";
         /// Unidirectional approach against backlash: distance below each position from which it is approached.
         "approach" => approach_mm: f64 = measure(MM, Allowed::ZeroOrMore), like "0.5 mm" or "0 mm";
@@ -24,9 +25,12 @@ section! {
 }
 
 impl StageProfile {
-    /// Whether the stage is simulated in memory.
+    /// The port of a simulated device.
+    pub const SIMULATED_PORT: &str = "sim";
+
+    /// Whether the stage is simulated: in memory, or with a line that is.
     pub fn is_simulated(&self) -> bool {
-        !self.driver.has_line()
+        !self.driver.has_line() || self.port.as_deref() == Some(Self::SIMULATED_PORT)
     }
 }
 

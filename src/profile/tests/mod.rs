@@ -15,6 +15,7 @@ use epirig_calibration::target::{ChessBoard, Target};
 use epirig_core::settings::{Key, Setting, Settings};
 use epirig_devices::camera::Size;
 use epirig_devices::camera::pixels::BayerUse;
+use epirig_devices::faults::RigFaults;
 use epirig_devices::stage::Driver;
 
 fn set(settings: &[&str]) -> Vec<Override> {
@@ -183,6 +184,7 @@ fn what_is_left_out_has_the_promised_defaults() {
             black_level_dn: 0.0,
             pixel_gains: 0.0,
             hot_pixels: 0,
+            faults: RigFaults::default(),
         },
     };
     assert_eq!(profile.sections, expected);

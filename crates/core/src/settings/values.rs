@@ -34,6 +34,13 @@ impl Settings {
         self.0.insert(key.name, value);
     }
 
+    /// Sets the keys that have a value in `others` and none here.
+    pub fn add_missing(&mut self, others: &Self) {
+        for (name, value) in &others.0 {
+            self.0.entry(*name).or_insert_with(|| value.clone());
+        }
+    }
+
     /// The value of the key with a name, such as `travel`; `None` if it was not set.
     pub fn get(&self, name: &str) -> Option<&Setting> {
         self.0.get(name)

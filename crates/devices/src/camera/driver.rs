@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{
-    Camera, CameraChoice, CameraError, ReplayCamera, SimCamera, ViewSwitch, cameras, choose, open_camera,
+    Camera, CameraChoice, CameraError, ReplayCamera, SimCamera, SimFault, ViewSwitch, cameras, choose,
+    open_camera,
 };
 use crate::stage::StagePosition;
 use epirig_simulator::Simulator;
@@ -42,6 +43,8 @@ pub struct Surroundings {
     pub stage: StagePosition,
     /// Whether frames take real time.
     pub in_real_time: bool,
+    /// Faults of a simulated camera, each as soon as the stage has been sent to a position, in mm from home.
+    pub faults: Vec<(f64, SimFault)>,
 }
 
 /// An open camera.
@@ -75,6 +78,7 @@ impl CameraDriver for Simulated {
         if around.in_real_time {
             camera.device().in_real_time();
         }
+        around.faults.iter().for_each(|(position_mm, fault)| camera.device().inject_at(*position_mm, *fault));
         let view = Some(camera.device().view());
         Ok(OpenCamera { camera: Box::new(camera), view })
     }

@@ -119,7 +119,8 @@ impl LineNoise {
 /// Simulated time advances in these steps while a link waits.
 const TIME_STEP: Duration = Duration::from_millis(1);
 
-/// A line to a simulated device, in simulated time: waiting takes no real time.
+/// A line to a simulated device, in simulated time: waiting takes no real time, unless
+/// [`in_real_time`](Self::in_real_time) asks for it.
 pub struct SimulatedLink<D> {
     device: D,
     now: Duration,
@@ -128,6 +129,7 @@ pub struct SimulatedLink<D> {
     /// Bytes on their way to the host, with their time of arrival.
     arriving: VecDeque<(Duration, u8)>,
     session: u64,
+    in_real_time: bool,
 }
 
 impl<D: SimulatedDevice> SimulatedLink<D> {
@@ -145,12 +147,18 @@ impl<D: SimulatedDevice> SimulatedLink<D> {
             from_device: noise.reversed(),
             arriving: VecDeque::new(),
             session: 0,
+            in_real_time: false,
         }
     }
 
     /// The same as another session on the line.
     pub fn in_session(self, session: u64) -> Self {
         Self { session, ..self }
+    }
+
+    /// The same, but waiting takes real time.
+    pub fn in_real_time(self) -> Self {
+        Self { in_real_time: true, ..self }
     }
 
     fn lost(&self) -> LinkError {
@@ -202,6 +210,9 @@ impl<D: SimulatedDevice> Link for SimulatedLink<D> {
                 return Ok(0);
             }
             let step = TIME_STEP.min(until - self.now);
+            if self.in_real_time {
+                std::thread::sleep(step);
+            }
             self.device.advance(step);
             self.now += step;
         }

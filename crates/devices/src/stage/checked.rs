@@ -49,6 +49,16 @@ pub struct CheckedStage<A: ?Sized> {
     rest_mm: Option<f64>,
     home_shift_mm: Option<f64>,
     shown: Option<Shown>,
+    listener: Option<Listener>,
+}
+
+/// Called with the position before each move.
+struct Listener(Box<dyn FnMut(f64) + Send>);
+
+impl std::fmt::Debug for Listener {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        to.write_str("Listener")
+    }
 }
 
 /// The position as a simulated camera sees it.
@@ -78,7 +88,13 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
             rest_mm: None,
             home_shift_mm: None,
             shown: None,
+            listener: None,
         }
+    }
+
+    /// The same, which calls `listener` before each move, with the position in mm.
+    pub fn telling(self, listener: impl FnMut(f64) + Send + 'static) -> Self {
+        Self { listener: Some(Listener(Box::new(listener))), ..self }
     }
 
     /// The same with a tolerance: the largest distance of the reported from the commanded position, in mm,
@@ -293,6 +309,9 @@ impl<A: Axis + ?Sized> Stage for CheckedStage<A> {
 
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
         let _span = debug_span!("move").entered();
+        if let Some(Listener(tell)) = &mut self.listener {
+            tell(position_mm);
+        }
         let began = self.axis.now();
         let moved = self.approach(position_mm);
         let (device, seconds) = self.since(began);

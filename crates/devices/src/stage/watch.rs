@@ -12,6 +12,8 @@ pub struct StagePosition(Arc<Mutex<Carriage>>);
 struct Carriage {
     position_mm: f64,
     elapsed: Duration,
+    target_mm: Option<f64>,
+    to_lose_mm: f64,
     left: Option<Screw>,
 }
 
@@ -41,6 +43,28 @@ impl StagePosition {
     pub fn set(&self, position_mm: f64, elapsed: Duration) {
         let mut carriage = self.held();
         (carriage.position_mm, carriage.elapsed) = (position_mm, elapsed);
+    }
+
+    /// Whether the stage was last sent to this position, in mm from home.
+    pub fn is_sent_to(&self, position_mm: f64) -> bool {
+        /// Far below a step of any stage.
+        const SAME_MM: f64 = 1e-6;
+        self.held().target_mm.is_some_and(|target_mm| (target_mm - position_mm).abs() < SAME_MM)
+    }
+
+    /// Tells where the stage is sent.
+    pub fn set_target(&self, position_mm: f64) {
+        self.held().target_mm = Some(position_mm);
+    }
+
+    /// Lets the carriage of a stage in memory stay behind by a distance in its next move, unnoticed by the stage.
+    pub fn lose_steps(&self, distance_mm: f64) {
+        self.held().to_lose_mm += distance_mm;
+    }
+
+    /// The distance that is lost in this move.
+    pub(super) fn take_lost_steps(&self) -> f64 {
+        std::mem::take(&mut self.held().to_lose_mm)
     }
 
     /// Keeps how a stage in memory was left; `None` if it does not know its position.

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::{FaultScript, Plant, Troubles};
+use crate::link::LineNoise;
 
 /// Time steps of a simulated device, per second.
 pub const TICK_HZ: u32 = 10_000;
@@ -16,28 +17,55 @@ pub struct Body {
     pub plant: Plant,
     /// The scripted faults.
     pub troubles: Troubles,
+    /// Length of a step, in mm.
+    step_mm: f64,
+    to_device: LineNoise,
+    from_device: LineNoise,
     sent: Vec<u8>,
     leftover_ns: u64,
 }
 
+/// One byte in a hundred each is lost, doubled and flipped by a noisy line.
+const NOISE: f64 = 0.01;
+
 impl Body {
-    /// A carriage at 0 steps, with switches that close at and beyond these positions.
-    pub fn new(script: FaultScript, low_switch_at: i64, high_switch_at: i64) -> Self {
+    /// A carriage at 0 steps of `step_mm`, with switches that close at and beyond these positions.
+    pub fn new(script: FaultScript, step_mm: f64, low_switch_at: i64, high_switch_at: i64) -> Self {
+        let to_device = LineNoise::bad(0, NOISE);
         let troubles = Troubles::new(script);
         let plant = Plant::new(low_switch_at, high_switch_at);
         plant.set_switches_work(troubles.switches_work());
-        Self { plant, troubles, sent: Vec::new(), leftover_ns: 0 }
+        let from_device = to_device.reversed();
+        Self { plant, troubles, step_mm, to_device, from_device, sent: Vec::new(), leftover_ns: 0 }
     }
 
     /// Begins a move. Homing is not counted.
     pub fn move_begins(&mut self) {
-        self.troubles.move_begins();
+        self.count_move();
         self.plant.set_stalled(self.troubles.no_motion());
+    }
+
+    /// Begins a move of a device that stops its motor itself if the carriage stands still.
+    pub fn count_move(&mut self) {
+        let behind_mm = self.troubles.move_begins();
+        self.plant.lose_steps((behind_mm / self.step_mm).round() as u64);
+    }
+
+    /// What arrives of a byte from the host: nothing without a cable, and more or less of it on a noisy line.
+    pub fn heard(&mut self, byte: u8) -> impl Iterator<Item = u8> + use<> {
+        let noisy = self.troubles.noisy().then(|| self.to_device.pass(byte));
+        let sound = (noisy.is_none() && self.troubles.connected()).then_some(byte);
+        noisy.into_iter().flatten().chain(sound)
     }
 
     /// Sends bytes to the host, unless they are lost.
     pub fn say(&mut self, bytes: &[u8]) {
-        if !self.troubles.muted() && self.troubles.connected() {
+        if self.troubles.muted() || !self.troubles.connected() {
+            return;
+        }
+        if self.troubles.noisy() {
+            self.sent.extend(bytes.iter().flat_map(|byte| self.from_device.pass(*byte)));
+        } else {
             self.sent.extend_from_slice(bytes);
         }
     }

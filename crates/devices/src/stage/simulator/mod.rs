@@ -25,17 +25,19 @@ mod grbl;
 mod native;
 mod plant;
 mod script;
+mod shown;
 mod zaber;
 
 pub use body::{Body, TICK_HZ};
 pub use grbl::GrblDevice;
 pub use native::{Gate, NativeDevice};
 pub use plant::Plant;
-pub use script::{FaultScript, Mishap, Troubles};
+pub use script::{FaultInlet, FaultScript, Mishap, StageFault, Troubles};
 pub use zaber::ZaberDevice;
 
 use std::sync::{Arc, Mutex};
 
+use super::StagePosition;
 use crate::link::SimulatedDevice;
 use epirig_core::settings::Settings;
 
@@ -63,5 +65,11 @@ impl SimulatedStage {
     ) -> Self {
         let settings = Settings::default();
         Self { device: Arc::new(Mutex::new(device)), plant, mm_from_home, step_mm, settings }
+    }
+    /// The same, with its carriage shown at `watch`, whose time continues.
+    pub fn shown_at(self, watch: StagePosition) -> Self {
+        let Self { device, plant, mm_from_home, .. } = &self;
+        let shown = shown::Shown::new(Arc::clone(device), plant.clone(), *mm_from_home, watch);
+        Self { device: Arc::new(Mutex::new(shown)), ..self }
     }
 }

@@ -52,7 +52,7 @@ impl NativeDevice {
             device: Device::new(BUILD, FIRST_BOOT),
             axis: Axis::new(),
             boot_id: FIRST_BOOT,
-            body: Body::new(script, LOW_SWITCH_AT, HIGH_SWITCH_AT),
+            body: Body::new(script, Self::STEP_MM, LOW_SWITCH_AT, HIGH_SWITCH_AT),
             operating: false,
             may_rest: None,
         }
@@ -124,13 +124,12 @@ impl NativeDevice {
 
 impl SimulatedDevice for NativeDevice {
     fn receive(&mut self, byte: u8) {
-        if !self.body.troubles.connected() {
-            return;
-        }
-        let reply = self.device.receive(byte, &mut self.axis);
-        self.mind_the_operation();
-        if let Some(frame) = reply {
-            self.body.say(frame.bytes());
+        for byte in self.body.heard(byte) {
+            let reply = self.device.receive(byte, &mut self.axis);
+            self.mind_the_operation();
+            if let Some(frame) = reply {
+                self.body.say(frame.bytes());
+            }
         }
     }
 

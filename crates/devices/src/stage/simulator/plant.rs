@@ -19,6 +19,8 @@ struct Mechanics {
     switches_work: bool,
     pressed: bool,
     stalled: bool,
+    /// Steps of the motor that the carriage will not follow.
+    to_lose: u64,
 }
 
 impl Plant {
@@ -34,6 +36,7 @@ impl Plant {
             switches_work: true,
             pressed: false,
             stalled: false,
+            to_lose: 0,
         })))
     }
 
@@ -66,6 +69,11 @@ impl Plant {
         self.with(|plant| plant.stalled = stalled);
     }
 
+    /// The carriage does not follow this number of steps, from now on.
+    pub fn lose_steps(&self, steps: u64) {
+        self.with(|plant| plant.to_lose += steps);
+    }
+
     /// Closes both switches by hand, or releases them.
     pub fn press_switches(&self, pressed: bool) {
         self.with(|plant| plant.pressed = pressed);
@@ -74,7 +82,9 @@ impl Plant {
     /// The motor makes a step.
     pub fn step(&self, way: Way) {
         self.with(|plant| {
-            if !plant.stalled {
+            if plant.to_lose > 0 {
+                plant.to_lose -= 1;
+            } else if !plant.stalled {
                 plant.carriage += if way == Way::Out { 1 } else { -1 };
                 plant.steps += 1;
                 plant.lowest = plant.lowest.min(plant.carriage);

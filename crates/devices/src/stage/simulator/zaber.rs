@@ -52,7 +52,7 @@ impl ZaberDevice {
     /// A stage after power-up, with scripted faults.
     pub fn new(script: FaultScript) -> Self {
         Self {
-            body: Body::new(script, HOME_SENSOR_AT, TRAVEL_MICROSTEPS),
+            body: Body::new(script, MICROSTEP_UM / 1000.0, HOME_SENSOR_AT, TRAVEL_MICROSTEPS),
             position: 0,
             referenced: false,
             stalled: false,
@@ -220,16 +220,15 @@ fn addressed(text: &str) -> ([Option<u8>; 3], &str) {
 
 impl SimulatedDevice for ZaberDevice {
     fn receive(&mut self, byte: u8) {
-        if !self.body.troubles.connected() {
-            return;
-        }
-        match byte {
-            b'\r' | b'\n' => {
-                let line = std::mem::take(&mut self.line);
-                self.obey(&String::from_utf8_lossy(&line));
+        for byte in self.body.heard(byte) {
+            match byte {
+                b'\r' | b'\n' => {
+                    let line = std::mem::take(&mut self.line);
+                    self.obey(&String::from_utf8_lossy(&line));
+                }
+                byte if self.line.len() < LONGEST => self.line.push(byte),
+                _ => self.line.clear(),
             }
-            byte if self.line.len() < LONGEST => self.line.push(byte),
-            _ => self.line.clear(),
         }
     }
 

@@ -84,6 +84,8 @@ pub struct SimDevice {
     dropped: f64,
     random: ChaCha8Rng,
     pending: Vec<SimFault>,
+    /// Faults that happen as soon as the stage has been sent to a position, in mm.
+    planned: Vec<(f64, SimFault)>,
     silent_until: Moment,
     signal_lost: bool,
     dead: bool,
@@ -140,6 +142,7 @@ impl SimDevice {
             dropped: 0.0,
             random: ChaCha8Rng::seed_from_u64(1),
             pending: Vec::new(),
+            planned: Vec::new(),
             silent_until: start,
             signal_lost: false,
             dead: false,
@@ -178,6 +181,18 @@ impl SimDevice {
             SimFault::Unnumbered => (self.unnumbered, self.sequence) = (true, 0),
             waiting => self.pending.push(waiting),
         }
+    }
+
+    /// Injects a fault as soon as the stage has been sent to a position, in mm from home, for the first time.
+    pub fn inject_at(&mut self, position_mm: f64, fault: SimFault) {
+        self.planned.push((position_mm, fault));
+    }
+
+    /// Injects what was planned for the position to which the stage was sent.
+    fn mind_the_plan(&mut self) {
+        let is_there = |(position_mm, _): &mut (f64, SimFault)| self.stage.is_sent_to(*position_mm);
+        let now: Vec<(f64, SimFault)> = self.planned.extract_if(.., is_there).collect();
+        now.into_iter().for_each(|(_, fault)| self.inject(fault));
     }
 
     /// Whether this fault is pending; if so, it happens now.
@@ -236,6 +251,7 @@ impl SimDevice {
             (self.before_mm, self.position_mm) = (self.position_mm, position_mm);
             self.moved = self.now;
         }
+        self.mind_the_plan();
     }
 
     /// Advances the time: frames are completed into free buffers, or lost.

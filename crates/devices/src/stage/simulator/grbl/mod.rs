@@ -116,7 +116,7 @@ impl GrblDevice {
     pub fn factory(script: FaultScript) -> Self {
         Self {
             table: Table::default(),
-            body: Body::new(script, LOW_SWITCH_AT, HIGH_SWITCH_AT),
+            body: Body::new(script, Self::STEP_MM, LOW_SWITCH_AT, HIGH_SWITCH_AT),
             state: State::Idle,
             motion: Motion::default(),
             waiting: None,
@@ -344,7 +344,7 @@ impl GrblDevice {
             && let Some(jog) = self.motion.next_block(&self.table)
         {
             self.state = if jog { State::Jog } else { State::Run };
-            self.body.troubles.move_begins();
+            self.body.count_move();
             if self.body.troubles.no_motion() {
                 self.motion.pretend();
             }
@@ -354,18 +354,17 @@ impl GrblDevice {
 
 impl SimulatedDevice for GrblDevice {
     fn receive(&mut self, byte: u8) {
-        if !self.body.troubles.connected() || self.booting.is_some() {
-            return;
-        }
-        if self.real_time(byte) {
-            return;
-        }
-        match byte {
-            b'\n' | b'\r' => self.lines.push_back(std::mem::take(&mut self.line)),
-            b' ' => {}
-            // One extra byte is kept to detect that the line was too long.
-            byte if self.line.len() <= LONGEST_LINE => self.line.push(byte.to_ascii_uppercase()),
-            _ => {}
+        for byte in self.body.heard(byte) {
+            if self.booting.is_some() || self.real_time(byte) {
+                continue;
+            }
+            match byte {
+                b'\n' | b'\r' => self.lines.push_back(std::mem::take(&mut self.line)),
+                b' ' => {}
+                // One extra byte is kept to detect that the line was too long.
+                byte if self.line.len() <= LONGEST_LINE => self.line.push(byte.to_ascii_uppercase()),
+                _ => {}
+            }
         }
     }
 
