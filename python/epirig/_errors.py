@@ -43,7 +43,7 @@ class DataError(EpirigError, ValueError):
 
 
 class DeviceError(EpirigError):
-    """A stage or camera that is missing or has failed."""
+    """A stage or camera that is missing or has failed. With ``exit_code`` 7 the scan can be resumed."""
 
 
 class Interrupted(_Failure, KeyboardInterrupt):
@@ -57,12 +57,14 @@ _CLASSES: dict[str, type[_Failure]] = {
     "no-answer": DataError,
     "no-device": DeviceError,
     "device": DeviceError,
-    "resumable": Interrupted,
+    "resumable": DeviceError,
     "interrupted": Interrupted,
 }
 
 
-def of_failure(message: str, exit_code: int, kind: str, *, report: str | None = None) -> _Failure:
+def of_failure(
+    message: str, exit_code: int, kind: str, *, report: str | None = None, by_ctrl_c: bool = False
+) -> _Failure:
     """The exception of a failure, as the native part names it."""
-    made = _CLASSES.get(kind, EpirigError)
+    made = Interrupted if by_ctrl_c else _CLASSES.get(kind, EpirigError)
     return made(message, exit_code, kind, None if report is None else json.loads(report))

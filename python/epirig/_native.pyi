@@ -6,7 +6,7 @@ from _typeshed import Incomplete, SupportsGetItem
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Connection", "Scan", "call", "map_names", "match_array", "read_frames", "result_map", "run", "sequence_facts", "sequence_tau", "validity_classes", "verbs"]
+__all__ = ["Connection", "Scan", "call", "map_names", "match_array", "read_frames", "result_map", "run", "sequence_facts", "sequence_tau", "sequence_truth", "validity_classes", "verbs"]
 
 @final
 class Connection:
@@ -105,6 +105,11 @@ def sequence_facts(folder: str | PathLike[str]) -> str:
 def sequence_tau(folder: str | PathLike[str], rectified: bool) -> list[float]:
     """
     Position of each frame on the baseline, from 0 to 1; if `rectified`, that of the calibration.
+    """
+
+def sequence_truth(folder: str | PathLike[str], reference: SupportsIndex | None) -> tuple[Incomplete, Incomplete, int, list[float], list[float]]:
+    """
+    The truth of the simulated scan in `folder` for the pixels of frame `reference`, or of the middle one.
     """
 
 def validity_classes() -> list[tuple[int, str]]:

@@ -340,8 +340,8 @@ def capture(
     focal_length_px
         Focal length of the lens; a value in mm needs sensor_width.
     port
-        The port: a path, usb:SERIAL or usb:VID:PID; by default the only USB serial port [env:
-        EPIRIG_PORT].
+        The port: a path, usb:SERIAL, usb:VID:PID, or sim for a simulated device; by default the
+        only USB serial port [env: EPIRIG_PORT].
     driver
         The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in
         memory [env: EPIRIG_DRIVER]. Without it: native.
@@ -952,8 +952,8 @@ def doctor(
     focal_length_px
         Focal length of the lens; a value in mm needs sensor_width.
     port
-        The port: a path, usb:SERIAL or usb:VID:PID; by default the only USB serial port [env:
-        EPIRIG_PORT].
+        The port: a path, usb:SERIAL, usb:VID:PID, or sim for a simulated device; by default the
+        only USB serial port [env: EPIRIG_PORT].
     driver
         The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in
         memory [env: EPIRIG_DRIVER]. Without it: native.
@@ -1101,8 +1101,8 @@ def plan(
     focal_length_px
         Focal length of the lens; a value in mm needs sensor_width.
     port
-        The port: a path, usb:SERIAL or usb:VID:PID; by default the only USB serial port [env:
-        EPIRIG_PORT].
+        The port: a path, usb:SERIAL, usb:VID:PID, or sim for a simulated device; by default the
+        only USB serial port [env: EPIRIG_PORT].
     driver
         The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in
         memory [env: EPIRIG_DRIVER]. Without it: native.
@@ -1215,8 +1215,8 @@ class RigOptions:
     focal_length_px
         Focal length of the lens; a value in mm needs sensor_width.
     port
-        The port: a path, usb:SERIAL or usb:VID:PID; by default the only USB serial port [env:
-        EPIRIG_PORT].
+        The port: a path, usb:SERIAL, usb:VID:PID, or sim for a simulated device; by default the
+        only USB serial port [env: EPIRIG_PORT].
     driver
         The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in
         memory [env: EPIRIG_DRIVER]. Without it: native.

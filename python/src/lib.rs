@@ -7,6 +7,7 @@ mod errors;
 mod matching;
 mod results;
 mod rig;
+mod truth;
 mod verbs;
 mod work;
 
@@ -23,6 +24,8 @@ mod _native {
     use super::results::{map_names, result_map};
     #[pymodule_export]
     use super::rig::{Connection, Scan};
+    #[pymodule_export]
+    use super::truth::sequence_truth;
     #[pymodule_export]
     use super::verbs::{call, run, verbs};
 }

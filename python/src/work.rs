@@ -13,7 +13,7 @@ use epirig_core::progress::{Cancelled, Progress};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError};
 use pyo3::prelude::*;
 
-use crate::errors::exception;
+use crate::errors::{exception, interruption};
 
 /// How often the waiting thread looks.
 pub(crate) const EVERY: Duration = Duration::from_millis(50);
@@ -164,7 +164,7 @@ pub(crate) fn interrupted<T>(py: Python<'_>, found: Result<T, Refusal>, error: P
         Err(refusal) if refusal.kind == "resumable" => refusal,
         Err(refusal) => Refusal { exit_code, kind, ..refusal },
     };
-    let ended = exception(py, refusal);
+    let ended = interruption(py, refusal);
     ended.set_cause(py, Some(error));
     ended
 }

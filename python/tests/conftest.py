@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 import epirig
 
+pytest_plugins = ["epirig.testing.fixtures"]
+
 
 # A shell starts what runs in the background with Ctrl-C ignored, and Python then leaves it so.
 signal.signal(signal.SIGINT, signal.default_int_handler)

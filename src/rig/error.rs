@@ -1,5 +1,7 @@
 //! Errors of a rig described by a profile.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use epirig_core::fault::{Blame, Fault};
@@ -48,6 +50,9 @@ pub enum RigError {
         /// Rows of a frame.
         rows: usize,
     },
+    /// A scan that no simulator made.
+    #[error("{} was not taken by a simulated rig, so nobody knows its truth", .0.display())]
+    NotSimulated(PathBuf),
     /// An impossible simulation.
     #[error(transparent)]
     Simulator(#[from] SimulatorError),
@@ -69,6 +74,7 @@ impl Fault for RigError {
             | Self::NoPlan { .. }
             | Self::NoBoard
             | Self::OtherBands { .. }
+            | Self::NotSimulated(_)
             | Self::TooLarge { .. } => Blame::Request,
         }
     }

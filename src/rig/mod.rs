@@ -23,6 +23,7 @@ mod faults;
 mod plan;
 mod simulator;
 mod stage;
+mod truth;
 
 pub use bench::Bench;
 pub use calibration::{calibration_plan, can_be_calibrated};
@@ -31,3 +32,4 @@ pub use error::RigError;
 pub use plan::{capture_plan, nominal_lens};
 pub use simulator::{simulator, simulator_config};
 pub use stage::{RigStage, Tap};
+pub use truth::{ScanTruth, scan_truth};
