@@ -31,7 +31,7 @@ class _Failure(BaseException):
 
 
 class EpirigError(_Failure, Exception):
-    """Something went wrong. Without a more special class: files, disk or memory."""
+    """Something went wrong. Without a more special class: files, disk or memory, or a stage that ``stop()`` has stopped."""
 
 
 class OptionError(EpirigError, ValueError):
@@ -58,7 +58,6 @@ _CLASSES: dict[str, type[_Failure]] = {
     "no-device": DeviceError,
     "device": DeviceError,
     "resumable": DeviceError,
-    "interrupted": Interrupted,
 }
 
 

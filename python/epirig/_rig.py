@@ -70,6 +70,11 @@ class Rig(RigOptions):
         self.close()
 
     @property
+    def connected(self) -> bool:
+        """Whether stage and camera are connected."""
+        return self._connection is not None
+
+    @property
     def _connected(self) -> _native.Connection:
         if self._connection is None:
             raise OptionError("the rig is not connected; use it in a with statement, or call connect()", 2, "usage")

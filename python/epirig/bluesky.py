@@ -1,0 +1,220 @@
+"""Stage and camera of a rig as devices of bluesky.
+
+>>> import epirig
+>>> from epirig.bluesky import devices
+>>> rig = epirig.Rig(rig="sim", set=["camera.size=64x48"])
+>>> stage, camera = devices(rig)
+>>> with rig:
+...     stage.stage()[0].name  # homes the carriage
+...     moved = stage.set(12.5)
+...     moved.exception(timeout=None)
+...     stage.read()["stage"]["value"]
+'stage'
+12.5
+
+``examples/bluesky_scan.py`` has a plan. bluesky itself is not needed to import this module.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._rig import Rig
+
+if TYPE_CHECKING:
+    from bluesky.protocols import Hints, Location, Reading
+    from event_model import DataKey
+
+__all__ = ["CameraDevice", "StageDevice", "Work", "devices"]
+
+
+class Work:
+    """Work of a device in a thread of its own: a ``Status`` of bluesky."""
+
+    def __init__(self, work: Callable[[], object]) -> None:
+        self._failed: BaseException | None = None
+        self._callbacks: list[Callable[[Any], None]] = []
+        self._lock = threading.Lock()
+        self._ended = threading.Event()
+        threading.Thread(target=self._run, args=(work,), daemon=True).start()
+
+    def _run(self, work: Callable[[], object]) -> None:
+        try:
+            work()
+        except BaseException as error:
+            # Whoever asks for it raises it.
+            self._failed = error
+        with self._lock:
+            self._ended.set()
+            callbacks, self._callbacks = self._callbacks, []
+        for callback in callbacks:
+            callback(self)
+
+    def add_callback(self, callback: Callable[[Any], None]) -> None:
+        """Calls ``callback`` with this object at the end, or at once if it has ended."""
+        with self._lock:
+            if not self._ended.is_set():
+                self._callbacks.append(callback)
+                return
+        callback(self)
+
+    def exception(self, timeout: float | None = 0.0) -> BaseException | None:
+        """What went wrong, once it has ended: waits up to ``timeout`` s, without it for ever."""
+        if not self._ended.wait(timeout):
+            raise TimeoutError(f"the work has not ended within {timeout} s")
+        return self._failed
+
+    def wait(self, timeout: float | None = None) -> None:
+        """Waits for the end, up to ``timeout`` s, and raises what went wrong."""
+        if (failed := self.exception(timeout)) is not None:
+            raise failed
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self._ended.is_set()
+
+    @property
+    def success(self) -> bool:
+        """Whether it has ended well."""
+        return self.done and self._failed is None
+
+
+class _Device:
+    parent = None
+
+    def __init__(self, rig: Rig, name: str) -> None:
+        self._rig = rig
+        self._name = name
+        self._connected_here = False
+
+    @property
+    def name(self) -> str:
+        """The name in documents."""
+        return self._name
+
+    @property
+    def hints(self) -> Hints:
+        """What is worth plotting."""
+        return {"fields": [self._name]}
+
+    def _identity(self, index: int) -> str:
+        return self._rig.names[index]
+
+    def _connect(self) -> None:
+        self._connected_here = not self._rig.connected
+        self._rig.connect()
+
+    def unstage(self) -> list[Any]:
+        """Lets go of the rig, if this device has connected it."""
+        if self._connected_here:
+            self._rig.close()
+            self._connected_here = False
+        return [self]
+
+
+class StageDevice(_Device):
+    """The stage: movable, to positions in mm from home; readable, locatable and stoppable."""
+
+    def __init__(self, rig: Rig, name: str = "stage") -> None:
+        super().__init__(rig, name)
+        self._target_mm = float("nan")
+
+    def stage(self) -> list[Any]:
+        """Connects to the rig if nobody has, and homes a stage whose position is unknown."""
+        self._connect()
+        if self._rig.position_mm is None:
+            self._rig.home()
+        return [self]
+
+    def set(self, position_mm: float) -> Work:
+        """Moves to a position in mm from home; done when the stage is at rest there."""
+        self._target_mm = float(position_mm)
+        return Work(lambda: self._rig.move_to(self._target_mm))
+
+    def stop(self, success: bool = True) -> None:
+        """Stops a motion."""
+        self._rig.stop()
+
+    def locate(self) -> Location[float]:
+        """Where it was sent, and where it is, in mm."""
+        return {"setpoint": self._target_mm, "readback": self._position_mm()}
+
+    def read(self) -> dict[str, Reading[float]]:
+        """The reported position in mm from home; NaN before homing."""
+        return {self._name: {"value": self._position_mm(), "timestamp": time.time()}}
+
+    def describe(self) -> dict[str, DataKey]:
+        """What ``read`` gives."""
+        source = f"epirig:{self._identity(0)}"
+        return {self._name: {"source": source, "dtype": "number", "shape": [], "units": "mm", "precision": 4}}
+
+    def _position_mm(self) -> float:
+        position_mm = self._rig.position_mm
+        return float("nan") if position_mm is None else position_mm
+
+
+class CameraDevice(_Device):
+    """The camera: ``trigger`` takes a frame whose exposure begins after it, ``read`` gives the frame and its mean."""
+
+    def __init__(self, rig: Rig, name: str = "camera") -> None:
+        super().__init__(rig, name)
+        self._frame: NDArray[Any] | None = None
+        self._taken = 0.0
+
+    @property
+    def hints(self) -> Hints:
+        """What is worth plotting: the mean."""
+        return {"fields": [f"{self._name}_mean"]}
+
+    def stage(self) -> list[Any]:
+        """Connects to the rig if nobody has."""
+        self._connect()
+        return [self]
+
+    def trigger(self) -> Work:
+        """Takes a frame."""
+        return Work(self._take)
+
+    def read(self) -> dict[str, Reading[Any]]:
+        """The latest frame, (rows, columns), and its mean in DN."""
+        frame = self._latest()
+        return {
+            self._name: {"value": frame, "timestamp": self._taken},
+            f"{self._name}_mean": {"value": float(np.mean(frame)), "timestamp": self._taken},
+        }
+
+    def describe(self) -> dict[str, DataKey]:
+        """What ``read`` gives."""
+        source, frame = f"epirig:{self._identity(1)}", self._latest()
+        return {
+            self._name: {
+                "source": source,
+                "dtype": "array",
+                "shape": list(frame.shape),
+                "dtype_numpy": frame.dtype.str,
+                "units": "DN",
+            },
+            f"{self._name}_mean": {"source": source, "dtype": "number", "shape": [], "units": "DN"},
+        }
+
+    def _take(self) -> None:
+        self._frame = self._rig.grab()
+        self._taken = time.time()
+
+    def _latest(self) -> NDArray[Any]:
+        if self._frame is None:
+            self._take()
+        assert self._frame is not None
+        return self._frame
+
+
+def devices(rig: Rig, *, stage: str = "stage", camera: str = "camera") -> tuple[StageDevice, CameraDevice]:
+    """Stage and camera of a rig, with their names in documents."""
+    return StageDevice(rig, stage), CameraDevice(rig, camera)

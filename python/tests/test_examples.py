@@ -1,0 +1,99 @@
+"""The examples, and what other programs see of the package."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import epirig
+from epirig.testing import simulated_rig
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def example(name: str, needs: str) -> str:
+    """What an example prints."""
+    pytest.importorskip(needs)
+    ended = subprocess.run([sys.executable, EXAMPLES / name], capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+def test_a_plan_of_bluesky_takes_a_scan() -> None:
+    told = example("bluesky_scan.py", "bluesky")
+    # f / Z = 711 px / 900 mm, over 40 mm of travel.
+    assert told.startswith("21 frames from 65.0 to 105.0 mm\nmedian disparity 31.6"), told
+
+
+def test_a_surface_is_a_mesh() -> None:
+    told = example("surface_as_mesh.py", "trimesh")
+    assert "hollows 0.2" in told or "hollows 0.19" in told
+    # A tile of 150 mm, less the margins of the match.
+    assert "144 x 14" in told, told
+
+
+def test_the_notebook_measures_photographs() -> None:
+    client = pytest.importorskip("nbclient").NotebookClient
+    pytest.importorskip("ipykernel")
+    pytest.importorskip("matplotlib")
+    notebook = pytest.importorskip("nbformat").read(EXAMPLES / "photographs_to_heights.ipynb", 4)
+    # Its last cell compares the depth with the truth.
+    client(notebook, timeout=300).execute()
+    pictures = [output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})]
+    assert len(pictures) == 3
+
+
+def test_napari_opens_sequences_and_results(sequence: epirig.Sequence, written: Path) -> None:
+    components = pytest.importorskip("napari.components")
+    pytest.importorskip("npe2").PluginManager.instance().discover()
+    viewer: Any = components.ViewerModel()
+    viewer.open(sequence.folder, plugin="epirig")
+    assert np.array_equal(viewer.layers[0].data, sequence.frames())
+    results = sequence.match(out=written / "napari")
+    viewer.layers.clear()
+    viewer.open(results.folder, plugin="epirig")
+    layers = {layer.name: layer for layer in viewer.layers}
+    assert np.array_equal(layers["Disparity (px)"].data, results.disparity, equal_nan=True)
+    assert type(layers["Answers of the matcher"]).__name__ == "Labels"
+    assert layers["Disparity (px)"].metadata["epirig"]["reference"] == results.record["reference"]
+
+
+def test_devices_are_what_bluesky_takes_them_for() -> None:
+    protocols = pytest.importorskip("bluesky.protocols")
+    from epirig.bluesky import devices
+
+    slow = ["stage.velocity=20 mm/s", "stage.acceleration=1000 mm/s2"]
+    rig = simulated_rig(frames=5, columns=64, rows=48, real_time=True, settings=slow)
+    stage, camera = devices(rig, camera="eye")
+    for device, roles in [
+        (stage, ("Movable", "Readable", "Stoppable", "Locatable", "Stageable", "HasHints", "HasParent")),
+        (camera, ("Triggerable", "Readable", "Stageable", "HasHints", "HasParent")),
+    ]:
+        assert all(isinstance(device, getattr(protocols, role)) for role in roles)
+    stage.stage()
+    camera.stage()
+    assert isinstance(stage.set(1), protocols.Status) and camera.name == "eye"
+    far = stage.set(150)
+    with pytest.raises(TimeoutError):
+        far.exception(0.2)
+    stage.stop()
+    failed = far.exception(None)
+    assert isinstance(failed, epirig.EpirigError) and far.done and not far.success
+    told: list[bool] = []
+    far.add_callback(lambda status: told.append(status.success))
+    assert told == [False]
+    with pytest.raises(epirig.EpirigError):
+        far.wait()
+    camera.trigger().wait()
+    frame = camera.read()["eye"]["value"]
+    assert frame.shape == tuple(camera.describe()["eye"]["shape"]) == (48, 64)
+    assert stage.locate()["setpoint"] == 150 and stage.locate()["readback"] < 150
+    camera.unstage()
+    assert rig.connected
+    stage.unstage()
+    assert not rig.connected
