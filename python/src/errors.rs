@@ -3,7 +3,7 @@
 use epirig::cli::embedded::Refusal;
 use epirig_core::fault::Blame;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict as _, PyDictMethods as _};
+use pyo3::types::IntoPyDict as _;
 
 /// The exception of a failure; the classes and their attributes are those of `epirig/_errors.py`.
 pub(crate) fn exception(py: Python<'_>, refusal: Refusal) -> PyErr {
