@@ -31,7 +31,7 @@ const MANY_REJECTED: f64 = 0.1;
 const VAGUE_FOCAL_LENGTH: f64 = 0.1;
 
 /// A volume as frames of 8 bit.
-struct VolumeFrames<'a>(&'a Volume);
+struct VolumeFrames<'a>(&'a Volume, &'a dyn Progress);
 
 impl Frames for VolumeFrames<'_> {
     fn count(&self) -> usize {
@@ -55,6 +55,10 @@ impl Frames for VolumeFrames<'_> {
             }
         }
         picture
+    }
+
+    fn cancelled(&self) -> bool {
+        self.1.cancelled()
     }
 }
 
@@ -94,8 +98,10 @@ pub(super) fn from_texture(
     let centre_px = [camera.principal_point_x_px, camera.principal_point_y_px];
     let lens = MotionLens { focal_length_px: camera.focal_length_px, centre_px, ..MotionLens::of(lens) };
     let options = MotionOptions { observations: OBSERVATIONS, lens: Some(lens), may };
-    let motion = texture_motion(&VolumeFrames(volume), &options)
-        .map_err(|error| unmeasured(error, origin, volume.frames(), &|frame| name(sequence, frame)))?;
+    let motion = texture_motion(&VolumeFrames(volume, progress), &options).map_err(|error| match error {
+        TextureMotionError::Cancelled(cancelled) => cancelled.into(),
+        error => unmeasured(error, origin, volume.frames(), &|frame| name(sequence, frame)),
+    })?;
     progress.advance(1);
     progress.end();
     let found = positions(&motion, sequence, remarks)?;

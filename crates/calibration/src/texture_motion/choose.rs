@@ -7,6 +7,7 @@ use super::TextureMotionError;
 use super::bundle::{adjust, adjust_again, residuals_of_unseen};
 use super::cameras::Cameras;
 use super::fit::{Fit, LensPrior};
+use super::frames::Frames;
 use super::model::MotionModel;
 use super::track::Track;
 use epirig_core::statistics::median;
@@ -26,12 +27,13 @@ pub(super) struct Chosen {
     pub(super) is_tested: bool,
 }
 
-/// Adjusts the cameras with as many unknowns as improve the prediction of unseen points.
+/// Adjusts the cameras with as many unknowns as improve the prediction of unseen points; `frames` say whether to go on.
 pub(super) fn choose(
     tracks: &[Track],
     start: &Cameras,
     lens: LensPrior,
     may: MotionModel,
+    frames: &dyn Frames,
 ) -> Result<Chosen, TextureMotionError> {
     let simple = MotionModel { pan: may.pan, ..MotionModel::default() };
     let first = adjust(tracks, &start.straight(), lens, simple);
@@ -51,6 +53,7 @@ pub(super) fn choose(
                 continue;
             }
             tried.push(model);
+            TextureMotionError::if_cancelled(frames)?;
             // Large rotations are found from those in smaller pictures.
             let begin = if model.rotations == of_best.rotations { &begin } else { start };
             // Points that do not determine a model do not test it either; what they determine stands.

@@ -2,10 +2,16 @@
 
 use thiserror::Error;
 
+use super::frames::Frames;
+use epirig_core::progress::Cancelled;
+
 /// Why the texture does not tell how the camera moved. Frames are numbered from 0.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TextureMotionError {
+    /// The frames said that nobody waits any more.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// Too few frames to compare displacements.
     #[error("{frames} frame(s) do not tell steps; at least 3 are needed")]
     TooFew {
@@ -101,6 +107,11 @@ pub enum TextureMotionError {
 }
 
 impl TextureMotionError {
+    /// An error if nobody waits for the motion of `frames` any more.
+    pub(super) fn if_cancelled(frames: &dyn Frames) -> Result<(), Self> {
+        if frames.cancelled() { Err(Cancelled.into()) } else { Ok(()) }
+    }
+
     /// The same, if it says that the camera moved in another way than along a line, in px of frames that are so many
     /// times as large.
     pub fn of_other_motion(self, larger: f64) -> Option<Self> {

@@ -26,7 +26,7 @@ struct Followed {
     track: Track,
 }
 
-/// Follows points of all anchors through pictures reduced by `factor`.
+/// Follows points of all anchors through pictures reduced by `factor`. If the frames are cancelled, some are missing.
 pub(super) fn follow(
     frames: &dyn Frames,
     factor: usize,
@@ -40,7 +40,7 @@ pub(super) fn follow(
     let px = factor as f64;
     let views = expected.views();
     let mut points: Vec<Followed> = Vec::new();
-    for &anchor in &expected.anchors {
+    for &anchor in expected.anchors.iter().take_while(|_| !frames.cancelled()) {
         let picture = frames.picture(anchor, factor);
         let near = expected.near(anchor, rows.max(columns) as f64);
         let pictures: Vec<_> = near.par_iter().map(|&frame| frames.picture(frame, factor)).collect();
@@ -76,6 +76,9 @@ pub(super) fn follow(
         }));
     }
     let placed = (0..frames.count()).into_par_iter().map_init(Scratch::default, |scratch, frame| {
+        if frames.cancelled() {
+            return Vec::new();
+        }
         let picture = frames.picture(frame, factor);
         let place = |point: &Followed| {
             let middle = point.template.middle().map(|part| in_full(part, factor));

@@ -10,4 +10,8 @@ pub trait Frames: Sync {
     fn size(&self) -> (usize, usize);
     /// Frame `index`, in DN of 8 bit; means over squares of `factor` pixels.
     fn picture(&self, index: usize, factor: usize) -> Grid<f32>;
+    /// Whether nobody waits for the motion any more.
+    fn cancelled(&self) -> bool {
+        false
+    }
 }

@@ -218,7 +218,8 @@ pub fn need(count: usize, rows: usize, columns: usize) -> u64 {
 /// Finds how the camera moved.
 ///
 /// # Errors
-/// [`TextureMotionError`] if nothing moves, or the texture does not connect the frames.
+/// [`TextureMotionError`] if nothing moves, or the texture does not connect the frames; `Cancelled` if the frames
+/// say so.
 pub fn texture_motion(
     frames: &dyn Frames,
     options: &MotionOptions,
@@ -233,6 +234,7 @@ pub fn texture_motion(
     loop {
         // Where pictures as they are do not connect, they are tried without what repeats in them.
         for searched in [frames, &Unrepeated(frames)] {
+            TextureMotionError::if_cancelled(frames)?;
             match search(searched, factor, reach, factor == least) {
                 Ok(None) => {
                     reach = Some(SMALL_REACH);
@@ -248,6 +250,7 @@ pub fn texture_motion(
             }
         }
         if factor == least {
+            TextureMotionError::if_cancelled(frames)?;
             return Err(match (cause(frames, first), failed) {
                 // Points were followed, so they move a little.
                 (Some(TextureMotionError::Still), Some(failed))
@@ -277,8 +280,9 @@ fn followed(
     loop {
         factor = factor.div_ceil(FINER);
         let tracks = follow::follow(frames, factor, &expected, options.observations);
+        TextureMotionError::if_cancelled(frames)?;
         if factor == 1 {
-            let chosen = choose(&tracks, &expected.cameras, lens, options.may)?;
+            let chosen = choose(&tracks, &expected.cameras, lens, options.may, frames)?;
             contradiction(&chosen.fit, (rows, columns)).map_or(Ok(()), Err)?;
             let motion = motion(&tracks, chosen, options.may)?;
             // Where frames turn and that cannot be adjusted, points are off by more than the uncertainty says.

@@ -75,6 +75,7 @@ pub(super) fn search(
     }
     let small: Vec<Grid<f32>> =
         (0..frames.count()).into_par_iter().map(|index| frames.picture(index, factor)).collect();
+    TextureMotionError::if_cancelled(frames)?;
     Search::new(&small, factor, &start).connect(start).map(Some)
 }
 

@@ -33,6 +33,10 @@ impl Frames for Unrepeated<'_> {
     fn picture(&self, index: usize, factor: usize) -> Grid<f32> {
         unrepeated(&self.0.picture(index, factor))
     }
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
 }
 
 /// A picture without what repeats in it. It fades towards the borders: where they cut a wave, they would make it broad.
