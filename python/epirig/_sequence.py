@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._call import Progress
+from ._errors import DataError
 from ._results import Results, Surface
-from ._verbs import SequenceVerbs
+from ._verbs import SequenceVerbs, import_images
 
 
 class Sequence(SequenceVerbs):
@@ -37,6 +39,54 @@ class Sequence(SequenceVerbs):
         self.positions_mm: NDArray[np.float64] | None = None if positions is None else np.array(positions)
         """Position of the stage at each frame, in mm; None if it is not known."""
         self._frames: int = facts["frames"]
+
+    @classmethod
+    def from_array(
+        cls,
+        frames: ArrayLike,
+        out: str | os.PathLike[str],
+        *,
+        positions_mm: ArrayLike | None = None,
+        **options: Any,
+    ) -> Sequence:
+        """Writes frames in memory as a new sequence, which can be calibrated, rectified and measured.
+
+        Frames that are rectified already need no sequence: ``epirig.match_array`` takes them.
+
+        Parameters
+        ----------
+        frames
+            Array of (frames, rows, columns), or a sequence of arrays of (rows, columns), of uint8 or uint16.
+        out
+            Folder of the new sequence.
+        positions_mm
+            Position of each frame, in mm. Without it, and without ``step_mm``: unknown.
+        options
+            Those of ``epirig.import_images``, such as ``step_mm``, ``focal_length_px`` or ``rig``.
+
+        Raises
+        ------
+        epirig.DataError
+            If the array has another shape or type.
+        """
+        stack = np.asarray(frames)
+        if stack.ndim != 3 or stack.dtype.kind != "u" or stack.dtype.itemsize > 2:
+            found = f"{stack.dtype} of shape {stack.shape}"
+            raise DataError(f"frames are an array of (frames, rows, columns) of uint8 or uint16, not {found}", 5, "data")
+        with TemporaryDirectory() as folder:
+            images = Path(folder) / "frames"
+            images.mkdir()
+            for index, frame in enumerate(stack):
+                rows, columns = frame.shape
+                head = f"P5 {columns} {rows} {np.iinfo(frame.dtype).max}\n".encode()
+                # Samples of two bytes have the larger one first.
+                samples = frame.astype(frame.dtype.newbyteorder(">"))
+                (images / f"{index:06}.pgm").write_bytes(head + samples.tobytes())
+            if positions_mm is not None:
+                options["positions"] = Path(folder) / "positions.txt"
+                places = [f"{float(place)!r}\n" for place in np.asarray(positions_mm).ravel()]
+                options["positions"].write_text("".join(places))
+            return import_images([images], out=out, **options)
 
     def __len__(self) -> int:
         """Number of frames."""

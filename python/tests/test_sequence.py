@@ -62,6 +62,32 @@ def test_images_become_a_sequence(tmp_path: Path, frames: np.ndarray) -> None:
     assert not (tmp_path / "other").exists()
 
 
+@pytest.mark.parametrize("dtype", ["u1", "<u2", ">u2"])
+def test_an_array_becomes_a_sequence(tmp_path: Path, frames: np.ndarray, dtype: str) -> None:
+    light = (frames.astype(dtype) * (1 if dtype == "u1" else 257)).astype(dtype)
+    positions_mm = np.linspace(3, 17, len(frames)) ** 1.1
+    sequence = epirig.Sequence.from_array(light[:, ::-1], tmp_path / "seq", positions_mm=positions_mm, focal_length_px=900)
+    assert np.array_equal(sequence.frames(), light[:, ::-1])
+    assert sequence.positions_mm is not None and np.allclose(sequence.positions_mm, positions_mm, atol=1e-9)
+    equal = epirig.Sequence.from_array(list(frames), tmp_path / "other", step_mm=0.5)
+    assert equal.positions_mm is not None and np.allclose(np.diff(equal.positions_mm), 0.5)
+    for wrong in (frames[0], frames.astype(float), frames.astype(np.uint32), np.zeros((0, 4, 4), np.uint8)):
+        with pytest.raises(epirig.EpirigError):
+            epirig.Sequence.from_array(wrong, tmp_path / "wrong")
+    with pytest.raises(epirig.EpirigError, match="positions"):
+        epirig.Sequence.from_array(frames, tmp_path / "wrong", positions_mm=[1, 2])
+    assert not (tmp_path / "wrong").exists()
+
+
+def test_findings_are_in_the_message_and_in_the_report(tmp_path: Path, frames: np.ndarray) -> None:
+    sequence = epirig.Sequence.from_array(frames, tmp_path / "seq")
+    damaged = sorted((sequence.folder / "frames").iterdir())[3]
+    damaged.write_bytes(damaged.read_bytes()[:-9])
+    with pytest.raises(epirig.DataError, match=damaged.name) as caught:
+        sequence.verify()
+    assert caught.value.report["findings"][0]["file"].endswith(damaged.name)
+
+
 def test_results_that_were_replaced_are_not_mixed_with_others(sequence: epirig.Sequence, tmp_path: Path) -> None:
     first = sequence.match(out=tmp_path / "out")
     second = sequence.match(out=tmp_path / "out", overwrite=True, max_sigma=0.5)

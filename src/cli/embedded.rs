@@ -33,7 +33,7 @@ pub struct Refusal {
     pub exit_code: u8,
     /// What the exit code means, as `--json` has it: `usage`, `data`, `device` and so on.
     pub kind: &'static str,
-    /// What was measured before the failure.
+    /// What was measured, or what was found, before the failure.
     pub report: Option<Value>,
 }
 
@@ -85,8 +85,13 @@ fn parsed<A: FromArgMatches>(
 pub fn call(words: impl IntoIterator<Item = OsString>, caller: Caller) -> Result<Value, Refusal> {
     let cli = parsed::<Cli>(Cli::command(), words)?;
     let talk = Talk::to_caller(caller);
-    cli.verb.run_logged(&talk)?;
-    Ok(talk.into_result().unwrap_or(Value::Null))
+    let ended = cli.verb.run_logged(&talk).map_err(Refusal::from);
+    let told = talk.into_result();
+    match ended {
+        Ok(()) => Ok(told.unwrap_or(Value::Null)),
+        // A verb such as `verify` tells its findings, and fails then.
+        Err(refusal) => Err(Refusal { report: refusal.report.or(told), ..refusal }),
+    }
 }
 
 /// The profile of a rig from the options of `capture`: `["--rig", "sim", "--set", "plan.frames=21"]`.

@@ -96,12 +96,12 @@ impl Verify {
                 .collect();
             format!("{findings}{} of {} frames are good\n", report.good_frames, report.planned_frames)
         })?;
-        match report.findings.len() {
-            0 => Ok(()),
-            count => Err(CliError::data(format!(
-                "{}: {count} finding(s), listed above with what to do",
-                self.seq.display()
-            ))),
-        }
+        let Some(Finding { file, problem }) = report.findings.first() else { return Ok(()) };
+        // Who calls from a program may see this line alone.
+        Err(CliError::data(format!(
+            "{}: {} finding(s), each with what to do; the first is of {file}: {problem}",
+            self.seq.display(),
+            report.findings.len()
+        )))
     }
 }
