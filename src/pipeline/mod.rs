@@ -30,7 +30,8 @@ use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{Sequence, load_volume};
-use epirig_matcher::{DisparityMaps, EpiLines, MatchOptions, Matcher, Validity};
+use epirig_matcher::inspect::EpiLines;
+use epirig_matcher::{DisparityMaps, MatchOptions, Matcher, Validity};
 use epirig_surface::{Heights, heights};
 
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};

@@ -5,7 +5,8 @@ use crate::results::{LockingSummary, MatchSummary, Region, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::{DisparityMaps, EpiLines, MatchOptions, Validity};
+use epirig_matcher::inspect::EpiLines;
+use epirig_matcher::{DisparityMaps, MatchOptions, Validity};
 use epirig_surface::Heights;
 
 /// The numbers of `match.json`; `calibration` is what the frames were corrected with.

@@ -8,7 +8,8 @@ use super::cost_image::cost_picture;
 use crate::results::names;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
-use epirig_matcher::{Candidates, CostTable, DisparityMaps, EpiLines, Validity, line_profile};
+use epirig_matcher::inspect::{Candidates, CostTable, EpiLines, line_profile};
+use epirig_matcher::{DisparityMaps, Validity};
 
 /// A figure as a picture, with its numbers.
 #[derive(Debug, Clone, PartialEq)]

@@ -19,11 +19,9 @@ mod search;
 mod stack;
 mod validity;
 
-pub use candidates::{Candidates, DisparityRange};
-pub use cost::CostTable;
+pub use candidates::DisparityRange;
 pub use cost::interpolation::Interpolation;
 pub use light_change::LightChange;
-pub use lines::EpiLines;
 pub use locking::{LockingAmplitudes, LockingHarmonic, PixelLocking};
 pub use maps::{DisparityMaps, OrderingUsed};
 pub use matcher::{EqualDiscs, Matcher, disparity, disparity_with, match_volume};
@@ -31,7 +29,6 @@ pub use options::{
     EQUAL_DISCS_PX, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
     OrderingConstraint, ReferenceFrame, Search,
 };
-pub use profile::line_profile;
 #[cfg(feature = "ndarray")]
 pub use stack::Sample;
 pub use stack::{FloatLevels, Stack, StackError};
@@ -43,3 +40,11 @@ pub use epirig_core::grid::Grid;
 pub use epirig_core::progress::{Cancel, Progress, Silent};
 pub use epirig_core::tau::{Tau, TauError};
 pub use epirig_core::volume::Volume;
+
+/// What the search saw at a pixel: for figures that explain a match, and not needed for one.
+pub mod inspect {
+    pub use super::candidates::Candidates;
+    pub use super::cost::CostTable;
+    pub use super::lines::EpiLines;
+    pub use super::profile::line_profile;
+}

@@ -12,7 +12,8 @@ use crate::results::{ResultMap, reason};
 use epirig_core::choice::Choice as _;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
-use epirig_matcher::{DisparityRange, EpiLines, Matcher, Validity, line_profile};
+use epirig_matcher::inspect::{EpiLines, line_profile};
+use epirig_matcher::{DisparityRange, Matcher, Validity};
 
 /// Columns of the EPI that are shown beside those that the line crosses.
 const MARGIN_PX: f64 = 24.0;
