@@ -339,7 +339,7 @@ impl PlainDevice {
                         self.begin(target - at);
                     } else if at == target {
                         self.body.count_move();
-                        self.body.troubles.move_ends();
+                        self.body.move_ends();
                     }
                     "ok".to_owned()
                 }
@@ -369,7 +369,7 @@ impl PlainDevice {
             self.run = None;
             // It has an encoder: a carriage that does not follow, or a home that is never found, is noticed.
             self.blocked = std::mem::take(&mut self.homing) || self.body.troubles.no_motion();
-            self.body.troubles.move_ends();
+            self.body.move_ends();
         }
     }
 }

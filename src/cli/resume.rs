@@ -50,15 +50,23 @@ pub(super) struct Resume {
 impl Resume {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let profile = self.recorded()?;
-        if profile.stage.is_simulated() && self.port.is_some() {
-            return Err(CliError::usage("the stage of this scan is simulated; omit --port".to_owned()));
-        }
         let port = given("stage.port", "--port", self.port.as_ref());
         let camera = given("camera.device", "--camera", self.camera.as_ref());
         let set = given_by_set(&self.set)?;
         set.iter().try_for_each(refuse_another_scan)?;
         let changes: Vec<Override> = port.into_iter().chain(camera).chain(set).collect();
+        let was_simulated = profile.stage.is_simulated();
         let profile = profile.changed(&changes)?;
+        match (self.port.is_some(), was_simulated, profile.stage.is_simulated()) {
+            (true, true, _) => {
+                return Err(CliError::usage("the stage of this scan is simulated; omit --port".to_owned()));
+            }
+            (true, false, true) => {
+                let why = "the stage of this scan is a real one, and sim a simulated one; give the port of the real one";
+                return Err(CliError::usage(why.to_owned()));
+            }
+            _ => {}
+        }
         let mut devices = Devices::of(&profile, None, talk)?;
         let options = self.matching.options();
         let sequence = Sequence::open(&self.sequence)?;

@@ -1,6 +1,6 @@
 //! `epirig simulate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -8,6 +8,7 @@ use clap::Args;
 
 use super::rig::driver;
 use super::{CliError, Talk, interrupt};
+use crate::profile::StageProfile;
 use crate::rig;
 use epirig_data::sequence::time;
 use epirig_devices::camera::Size;
@@ -20,30 +21,7 @@ use epirig_simulator::SimulatorConfig;
 
 /// Simulate a stage on a pseudo-terminal, to try the commands
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  epirig simulate native --port /tmp/stage &
-  epirig stage home --port /tmp/stage
-  epirig stage move 12.5 --port /tmp/stage
-  epirig simulate grbl --port /tmp/stage --fault reset@3+0.2s     restarts in its third move
-  epirig simulate native --port /tmp/stage --noise 0.01           a noisy line
-
-Faults, several separated by commas; MOVE counts from 1, TIME is in seconds:
-  switch-never-closes      homing finds no switch
-  lost-steps@MOVE/LENGTHmm the carriage stays behind by this length in this move; only homing tells
-  no-motion@MOVE           the carriage stands still from this move on; a native stage
-                           notices it only when homed
-  mute@MOVE/TIMEs          answers after this move are lost for a time
-  noise@MOVE/TIMEs         one byte in a hundred each is lost, doubled and flipped for a time
-  reset@MOVE+TIMEs         it restarts in this move, at this time after its start
-  settings@MOVE+TIMEs      it restarts in this move with other steps per mm; a zaber stage with
-                           another resolution
-  hang-up@MOVE+TIMEs/TIMEs the cable is unplugged in this move, and plugged in after the second time
-  limit@MOVE+TIMEs         a limit switch closes in this move, for a second
-With --video-output the view of the camera is simulated too, for a camera driver that is looped back
-to that output, such as the kernel's vivid or v4l2loopback (native stage only):
-  epirig simulate native --port /tmp/stage --video-output /dev/video1 --size 640x480
-
-It runs until Ctrl-C.")]
+#[command(after_help = help())]
 pub(super) struct Simulate {
     /// The protocol of the simulated stage
     #[arg(value_parser = driver(|driver| driver.has_line()))]
@@ -69,10 +47,37 @@ pub(super) struct Simulate {
     seed: u64,
 }
 
+fn help() -> String {
+    let fault = |(form, what): (String, &str)| format!("  {form}\n      {what}\n");
+    let faults: String = FaultScript::forms().into_iter().map(fault).collect();
+    format!(
+        "Examples:
+  epirig simulate native --port /tmp/stage &
+  epirig stage home --port /tmp/stage
+  epirig stage move 12.5 --port /tmp/stage
+  epirig simulate grbl --port /tmp/stage --fault reset@3+0.2s     restarts in its third move
+  epirig simulate native --port /tmp/stage --noise 0.01           a noisy line
+
+Faults, several separated by commas; MOVE counts from 1, TIME is in seconds, LENGTH in mm:
+{faults}
+With --video-output the view of the camera is simulated too, for a camera driver that is looped back
+to that output, such as the kernel's vivid or v4l2loopback (native stage only):
+  epirig simulate native --port /tmp/stage --video-output /dev/video1 --size 640x480
+
+It runs until Ctrl-C."
+    )
+}
+
 impl Simulate {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if !(0.0..=1.0).contains(&self.noise) {
             return Err(CliError::usage("--noise is a probability, 0 to 1".to_owned()));
+        }
+        if self.port == Path::new(StageProfile::SIMULATED_PORT) {
+            return Err(CliError::usage(
+                "sim is the port of a device that is simulated in memory; choose another name for --port"
+                    .to_owned(),
+            ));
         }
         if self.video_output.is_some() && self.driver.name() != Native.name() {
             return Err(CliError::usage("--video-output needs a native stage".to_owned()));

@@ -51,7 +51,8 @@ pub(super) fn ignored(key: &Key, sections: &Sections) -> Option<String> {
     Some(if !stage::belongs_to(key, driver) {
         format!("with driver = \"{}\"", driver.name())
     } else if is_of_no_simulator(key, sections) {
-        "without driver = \"sim\" of the stage or device = \"sim\" of the camera".to_owned()
+        "without driver = \"sim\" or port = \"sim\" of the stage, or device = \"sim\" of the camera"
+            .to_owned()
     } else if is_of_other_scene(key, sections) {
         "without scene = \"tile\"".to_owned()
     } else if key.is("target.band_distance") && sections.target.bands != 2 {

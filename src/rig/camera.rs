@@ -1,6 +1,6 @@
 //! The camera of a profile.
 
-use super::{RigError, faults, simulator, simulator_config};
+use super::{RigError, simulator, simulator_config};
 use crate::profile::Profile;
 use epirig_devices::camera::pixels::FourCc;
 use epirig_devices::camera::{CameraSettings, OpenCamera, Surroundings, camera_driver};
@@ -14,8 +14,7 @@ pub fn open_camera(profile: &Profile, stage: &StagePosition) -> Result<OpenCamer
     let device = profile.camera.device.as_deref();
     let driver = camera_driver(device);
     let simulator = if driver.is_simulated() { Some(simulator(simulator_config(profile)?)?) } else { None };
-    let faults = faults::at_positions(&profile.sim.faults.camera, |(frame, _)| *frame, profile)?;
-    let faults = faults.into_iter().map(|(position_mm, (_, fault))| (position_mm, fault)).collect();
+    let faults = profile.sim.faults.camera.iter().map(|(_, fault)| *fault).collect();
     let around =
         Surroundings { simulator, stage: stage.clone(), in_real_time: profile.sim.real_time, faults };
     Ok(driver.open(device, &around)?)

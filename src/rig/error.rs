@@ -53,6 +53,16 @@ pub enum RigError {
     /// A scan that no simulator made.
     #[error("{} was not taken by a simulated rig, so nobody knows its truth", .0.display())]
     NotSimulated(PathBuf),
+    /// A simulated scan that lacks frames.
+    #[error("{} has {frames} of {planned} frames, and the truth is that of all; resume the scan", folder.display())]
+    IncompleteScan {
+        /// The folder of the sequence.
+        folder: PathBuf,
+        /// Frames that are there.
+        frames: usize,
+        /// Frames that were planned.
+        planned: usize,
+    },
     /// An impossible simulation.
     #[error(transparent)]
     Simulator(#[from] SimulatorError),
@@ -75,6 +85,7 @@ impl Fault for RigError {
             | Self::NoBoard
             | Self::OtherBands { .. }
             | Self::NotSimulated(_)
+            | Self::IncompleteScan { .. }
             | Self::TooLarge { .. } => Blame::Request,
         }
     }

@@ -10,7 +10,7 @@ use epirig_data::sequence::{FocalLength, NominalLens};
 /// # Errors
 /// [`RigError`] if the plan is incomplete.
 pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
-    let positions_mm = profile.plan.positions_mm().ok_or_else(|| rig_missing(&profile.plan))?;
+    let positions_mm = profile.plan.positions_mm().ok_or_else(|| missing(&profile.plan))?;
     if profile.plan.board > 0 && profile.board.chess_board().is_none() {
         return Err(RigError::NoBoard);
     }
@@ -29,7 +29,7 @@ pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
 }
 
 /// The error for a plan without step or number of frames.
-fn rig_missing(plan: &profile::PlanProfile) -> RigError {
+pub(super) fn missing(plan: &profile::PlanProfile) -> RigError {
     let lacks = match (plan.step_mm, plan.frames) {
         (None, None) => "plan.step and plan.frames are",
         (None, _) => "plan.step is",

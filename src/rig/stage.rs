@@ -3,12 +3,13 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::{RigError, faults};
+use super::RigError;
+use super::faults::PlannedFaults;
 use crate::profile::Profile;
 use epirig_devices::link::{
     Link, LinkError, PortChoice, SimulatedDevice as _, SimulatedLink, choose, open, ports,
 };
-use epirig_devices::stage::simulator::{FaultInlet, FaultScript, SimulatedStage, StageFault};
+use epirig_devices::stage::simulator::{FaultInlet, FaultScript, SimulatedStage};
 use epirig_devices::stage::{
     CheckedStage, Connection, Stage, StageError, StagePosition, StageSource, WhenMoving, connect,
 };
@@ -52,8 +53,7 @@ pub struct RigStage<'a> {
     when_moving: WhenMoving,
     /// What is simulated, if the line is.
     simulated: Option<Simulated>,
-    /// Faults that have not yet happened, each with the position of its frame in mm.
-    faults: Arc<Mutex<Vec<(f64, StageFault)>>>,
+    faults: Arc<Mutex<PlannedFaults>>,
 }
 
 impl<'a> RigStage<'a> {
@@ -66,14 +66,7 @@ impl<'a> RigStage<'a> {
         let port = port.map_err(|reason| RigError::Value { key: "stage.port", reason })?;
         let watch = StagePosition::default();
         let simulated = Simulated::of(profile, &watch);
-        let planned = &profile.sim.faults.stage;
-        let needs_line = planned.iter().find(|fault| fault.lost_mm().is_none() && simulated.is_none());
-        if let Some(fault) = needs_line {
-            let advice =
-                "set stage.driver to that of a stage with a line, such as native, and stage.port = \"sim\"";
-            return Err(faults::faulty(format!("{fault} cannot happen to a stage in memory; {advice}")));
-        }
-        let faults = faults::at_positions(planned, StageFault::number, profile)?;
+        let faults = PlannedFaults::of(profile, simulated.is_some())?;
         let faults = Arc::new(Mutex::new(faults));
         Ok(Self { profile, port, tap: None, watch, when_moving: WhenMoving::Wait, simulated, faults })
     }
@@ -97,7 +90,7 @@ impl<'a> RigStage<'a> {
     }
 
     /// The carriage position for a simulated camera, independent of the connection: the true position of a
-    /// stage in memory, or the reported position of a stage over a line.
+    /// simulated stage, or the reported position of a real one.
     pub fn watch(&self) -> StagePosition {
         self.watch.clone()
     }
@@ -150,24 +143,17 @@ impl StageSource for RigStage<'_> {
             when_moving: *when_moving,
         };
         let axis = connect(stage.driver, &mut connection, &settings)?;
-        let checked =
-            CheckedStage::over(axis).with_tolerance(stage.tolerance_mm).approaching_by(stage.approach_mm);
+        let (seen, faults) = (watch.clone(), Arc::clone(faults));
+        let inlet = simulated.map(|simulated| simulated.faults.clone());
+        let checked = CheckedStage::over(axis)
+            .with_tolerance(stage.tolerance_mm)
+            .approaching_by(stage.approach_mm)
+            .telling(move |position_mm| {
+                let mut faults = faults.lock().unwrap_or_else(PoisonError::into_inner);
+                faults.sent_to(position_mm, &seen, inlet.as_ref());
+            });
         // A simulated stage shows its true position.
-        if !stage.is_simulated() {
-            let shown = profile.camera.is_simulated();
-            return Ok(Box::new(if shown { checked.shown_at(watch.clone()) } else { checked }));
-        }
-        let (watch, faults, inlet) =
-            (watch.clone(), Arc::clone(faults), simulated.map(|simulated| simulated.faults.clone()));
-        Ok(Box::new(checked.telling(move |position_mm| {
-            watch.set_target(position_mm);
-            let mut faults = faults.lock().unwrap_or_else(PoisonError::into_inner);
-            for (_, fault) in faults.extract_if(.., |(position_mm, _)| watch.is_sent_to(*position_mm)) {
-                match &inlet {
-                    Some(inlet) => inlet.in_next_move(fault),
-                    None => watch.lose_steps(fault.lost_mm().unwrap_or_default()),
-                }
-            }
-        })))
+        let shown = profile.camera.is_simulated() && !stage.is_simulated();
+        Ok(Box::new(if shown { checked.shown_at(watch.clone()) } else { checked }))
     }
 }

@@ -12,8 +12,8 @@ pub struct ScanTruth {
     pub maps: Truth,
     /// Index of the reference frame.
     pub reference: usize,
-    /// Where the carriage truly stood at each frame by the simulator, in mm from home. Faults of the stage, such as
-    /// lost steps, come in addition.
+    /// Where the carriage truly stood at each frame, in mm from home, with the errors of its screw (`sim.step_error`).
+    /// Errors that the stage itself simulates, such as backlash, noise or lost steps, are not known.
     pub positions_mm: Vec<f64>,
     /// The same on the baseline, from 0 to 1.
     pub tau: Vec<f64>,
@@ -23,7 +23,8 @@ pub struct ScanTruth {
 /// baseline. With a calibration, its rectified camera sees it, else that of the simulator.
 ///
 /// # Errors
-/// [`RigError::NotSimulated`] if the scan was not simulated; [`RigError::Simulator`] if there is no such frame, or the
+/// [`RigError::NotSimulated`] if the scan was not simulated; [`RigError::IncompleteScan`] if frames are missing;
+/// [`RigError::Simulator`] if there is no such frame, or the
 /// camera is turned or distorts, and there is no calibration.
 pub fn scan_truth(
     sequence: &Sequence,
@@ -36,6 +37,10 @@ pub fn scan_truth(
     };
     let config = serde_json::from_value(config.clone()).map_err(|_| not_simulated())?;
     let simulator = simulator(config)?;
+    let (frames, planned) = (sequence.frames().len(), simulator.config().scan.frames);
+    if frames != planned {
+        return Err(RigError::IncompleteScan { folder: sequence.folder().to_owned(), frames, planned });
+    }
     let tau = simulator.true_tau();
     let reference = reference.unwrap_or_else(|| tau.middle_frame());
     let maps = match calibration {

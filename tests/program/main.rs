@@ -40,6 +40,7 @@ mod scale;
 #[path = "../support/scans.rs"]
 mod scans;
 mod screens;
+mod scripted_faults;
 #[path = "../support/size.rs"]
 mod size;
 mod small_rig;

@@ -15,7 +15,4 @@ mod scan_faults;
 mod scan_outcome;
 #[path = "../support/scans.rs"]
 mod scans;
-mod scripted_faults;
 mod stage_settings;
-#[path = "../support/program.rs"]
-mod support;

@@ -1,46 +1,61 @@
 //! Faults of a simulated rig at frames of its scan.
 
 use std::str::FromStr;
-use std::time::Duration;
 
 use crate::camera::{SimDevice, SimFault};
-use crate::stage::simulator::StageFault;
+use crate::stage::simulator::{StageFault, amount, names};
 
 /// How a fault of the camera is written.
 struct Form {
     name: &'static str,
-    /// Whether there is a duration.
-    has_duration: bool,
-    fault: fn(Duration) -> SimFault,
+    fault: CameraFault,
+    /// What happens, for a person.
+    what: &'static str,
 }
+
+enum CameraFault {
+    At(SimFault),
+    /// For this number of frames.
+    Lasting(fn(u32) -> SimFault),
+}
+use CameraFault::{At, Lasting};
 
 const FORMS: [Form; 10] = [
-    Form { name: "camera-silent", has_duration: true, fault: |time| SimFault::Silence(frames(time)) },
-    Form { name: "camera-torn", has_duration: false, fault: |_| SimFault::TornFrame },
-    Form { name: "camera-late", has_duration: false, fault: |_| SimFault::LateContents },
-    Form { name: "camera-damaged", has_duration: false, fault: |_| SimFault::BufferError },
-    Form { name: "camera-short", has_duration: false, fault: |_| SimFault::ShortBuffer },
-    Form { name: "camera-error", has_duration: false, fault: |_| SimFault::FatalError },
-    // The fourth attempt to open it succeeds.
-    Form { name: "camera-unplugged", has_duration: false, fault: |_| SimFault::Disconnect { failing: 3 } },
-    Form { name: "camera-gone", has_duration: false, fault: |_| SimFault::Disconnect { failing: u32::MAX } },
-    Form { name: "camera-gain", has_duration: false, fault: |_| SimFault::GainDrifts },
-    Form { name: "camera-no-signal", has_duration: false, fault: |_| SimFault::NoSignal(true) },
+    Form { name: "camera-silent", fault: Lasting(SimFault::Silence), what: "no frame comes for this time" },
+    Form {
+        name: "camera-torn",
+        fault: At(SimFault::TornFrame),
+        what: "the lower half of a frame is old, and nothing tells",
+    },
+    Form {
+        name: "camera-late",
+        fault: At(SimFault::LateContents),
+        what: "a frame is old under a new time stamp",
+    },
+    Form { name: "camera-damaged", fault: At(SimFault::BufferError), what: "a frame is flagged as damaged" },
+    Form {
+        name: "camera-short",
+        fault: At(SimFault::ShortBuffer),
+        what: "half of the bytes of a frame come",
+    },
+    Form { name: "camera-error", fault: At(SimFault::FatalError), what: "the stream breaks down" },
+    Form {
+        name: "camera-unplugged",
+        // The fourth attempt to open it succeeds.
+        fault: At(SimFault::Disconnect { failing: 3 }),
+        what: "the camera is pulled, and comes back",
+    },
+    Form {
+        name: "camera-gone",
+        fault: At(SimFault::Disconnect { failing: u32::MAX }),
+        what: "the camera is pulled for good",
+    },
+    Form { name: "camera-gain", fault: At(SimFault::GainDrifts), what: "another program changes the gain" },
+    Form { name: "camera-no-signal", fault: At(SimFault::NoSignal(true)), what: "the signal goes for good" },
 ];
 
-/// Number of frames in a time.
-fn frames(time: Duration) -> u32 {
-    (time.as_secs_f64() * f64::from(SimDevice::RATE_HZ)).ceil() as u32
-}
-
-fn camera_forms(number: &str) -> String {
-    let form =
-        |form: &Form| format!("{}@{number}{}", form.name, if form.has_duration { "/TIMEs" } else { "" });
-    FORMS.iter().map(form).collect::<Vec<_>>().join(", ")
-}
-
-/// Faults of a simulated rig by script, separated by commas. A fault happens once: as soon as the stage is sent
-/// to the position of a frame for the first time. Frames are counted from 0.
+/// Faults of a simulated rig by script, separated by commas. A fault happens once: when the stage is sent to the
+/// position of a frame for the first time. Frames are counted from 0.
 ///
 /// - Of the stage, as in a [`FaultScript`](crate::stage::simulator::FaultScript), with the number of a frame for
 ///   that of a move: `lost-steps@40/0.1mm`; over a line also `noise@40/10s`, `mute@40/2s`, `reset@40+0.2s`, ...
@@ -67,6 +82,15 @@ impl RigFaults {
     /// What a text of them must be, for a person.
     pub const ALLOWED: &str =
         "faults such as lost-steps@40/0.1mm or camera-silent@12/2s, separated by commas";
+
+    /// How faults are written, and what happens.
+    pub fn forms() -> Vec<(String, &'static str)> {
+        let camera = FORMS.iter().map(|Form { name, fault, what }| {
+            let time = if matches!(fault, Lasting(_)) { "/TIMEs" } else { "" };
+            (format!("{name}@FRAME{time}"), *what)
+        });
+        StageFault::forms("FRAME").into_iter().chain(camera).collect()
+    }
 }
 
 impl FromStr for RigFaults {
@@ -75,16 +99,13 @@ impl FromStr for RigFaults {
     fn from_str(text: &str) -> Result<Self, String> {
         let mut faults = Self::default();
         for part in text.split(',').map(str::trim).filter(|part| !part.is_empty()) {
-            if let Some(fault) = camera_fault(part) {
-                faults.camera.push(fault);
-            } else if let Some(fault) = part.parse().ok().filter(|_| part.contains('@')) {
-                faults.stage.push(fault);
-            } else {
-                return Err(format!(
-                    "\"{part}\" is not a complete fault; faults are {}, {}",
-                    StageFault::forms("FRAME"),
-                    camera_forms("FRAME")
-                ));
+            match (StageFault::numbered(part), camera_fault(part)) {
+                (Some(fault), _) => faults.stage.push(fault),
+                (None, Some(fault)) => faults.camera.push(fault),
+                (None, None) => {
+                    let all = names(&Self::forms());
+                    return Err(format!("\"{part}\" is not a complete fault; faults are {all}"));
+                }
             }
         }
         Ok(faults)
@@ -94,11 +115,13 @@ impl FromStr for RigFaults {
 fn camera_fault(text: &str) -> Option<(u32, SimFault)> {
     let (name, rest) = text.split_once('@')?;
     let (number, time) = rest.split_once('/').map_or((rest, None), |(number, time)| (number, Some(time)));
-    let seconds = time.map(|time| time.strip_suffix('s')?.parse::<f64>().ok());
-    let lasting = match seconds {
-        Some(seconds) => Some(Duration::try_from_secs_f64(seconds?).ok()?),
-        None => None,
+    let form = FORMS.iter().find(|form| form.name == name)?;
+    let fault = match (&form.fault, time) {
+        (At(fault), None) => *fault,
+        (Lasting(fault), Some(time)) => {
+            fault((amount(time, "s")? * f64::from(SimDevice::RATE_HZ)).ceil() as u32)
+        }
+        _ => return None,
     };
-    let form = FORMS.iter().find(|form| form.name == name && form.has_duration == lasting.is_some())?;
-    Some((number.parse().ok()?, (form.fault)(lasting.unwrap_or_default())))
+    Some((number.parse().ok()?, fault))
 }

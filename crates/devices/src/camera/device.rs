@@ -56,6 +56,10 @@ pub trait VideoDevice: Send {
     /// Lets time pass.
     fn pause(&mut self, time: Duration);
 
+    /// A first frame that is late enough has come; the next one is compared with it. Simulated devices let planned
+    /// faults happen to that one: faults of frames that are too old would have no effect.
+    fn next_is_compared(&mut self) {}
+
     /// The formats that it offers.
     ///
     /// # Errors

@@ -43,8 +43,8 @@ pub struct Surroundings {
     pub stage: StagePosition,
     /// Whether frames take real time.
     pub in_real_time: bool,
-    /// Faults of a simulated camera, each as soon as the stage has been sent to a position, in mm from home.
-    pub faults: Vec<(f64, SimFault)>,
+    /// Faults of a simulated camera: each happens when `stage` says that the event of its number is due.
+    pub faults: Vec<SimFault>,
 }
 
 /// An open camera.
@@ -78,7 +78,7 @@ impl CameraDriver for Simulated {
         if around.in_real_time {
             camera.device().in_real_time();
         }
-        around.faults.iter().for_each(|(position_mm, fault)| camera.device().inject_at(*position_mm, *fault));
+        camera.device().plan(around.faults.clone());
         let view = Some(camera.device().view());
         Ok(OpenCamera { camera: Box::new(camera), view })
     }

@@ -52,7 +52,7 @@ pub struct CheckedStage<A: ?Sized> {
     listener: Option<Listener>,
 }
 
-/// Called with the position before each move.
+/// Called with the position directly before it is approached.
 struct Listener(Box<dyn FnMut(f64) + Send>);
 
 impl std::fmt::Debug for Listener {
@@ -92,7 +92,7 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
         }
     }
 
-    /// The same, which calls `listener` before each move, with the position in mm.
+    /// The same, which calls `listener` with the position, in mm, directly before the last motion of each move.
     pub fn telling(self, listener: impl FnMut(f64) + Send + 'static) -> Self {
         Self { listener: Some(Listener(Box::new(listener))), ..self }
     }
@@ -276,6 +276,10 @@ impl<A: Axis + ?Sized> CheckedStage<A> {
                 self.go_to(below_mm)?;
             }
         }
+        self.refuse_if_stopped()?;
+        if let Some(Listener(tell)) = &mut self.listener {
+            tell(position_mm);
+        }
         self.go_to(position_mm)
     }
 }
@@ -309,9 +313,6 @@ impl<A: Axis + ?Sized> Stage for CheckedStage<A> {
 
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
         let _span = debug_span!("move").entered();
-        if let Some(Listener(tell)) = &mut self.listener {
-            tell(position_mm);
-        }
         let began = self.axis.now();
         let moved = self.approach(position_mm);
         let (device, seconds) = self.since(began);

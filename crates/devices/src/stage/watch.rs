@@ -8,12 +8,12 @@ use std::time::Duration;
 #[derive(Debug, Clone, Default)]
 pub struct StagePosition(Arc<Mutex<Carriage>>);
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Carriage {
     position_mm: f64,
     elapsed: Duration,
-    target_mm: Option<f64>,
     to_lose_mm: f64,
+    due: Vec<usize>,
     left: Option<Screw>,
 }
 
@@ -45,16 +45,14 @@ impl StagePosition {
         (carriage.position_mm, carriage.elapsed) = (position_mm, elapsed);
     }
 
-    /// Whether the stage was last sent to this position, in mm from home.
-    pub fn is_sent_to(&self, position_mm: f64) -> bool {
-        /// Far below a step of any stage.
-        const SAME_MM: f64 = 1e-6;
-        self.held().target_mm.is_some_and(|target_mm| (target_mm - position_mm).abs() < SAME_MM)
+    /// Tells who watches that the planned event with this number is due.
+    pub fn set_due(&self, event: usize) {
+        self.held().due.push(event);
     }
 
-    /// Tells where the stage is sent.
-    pub fn set_target(&self, position_mm: f64) {
-        self.held().target_mm = Some(position_mm);
+    /// The events that have become due since the last call.
+    pub fn take_due(&self) -> Vec<usize> {
+        std::mem::take(&mut self.held().due)
     }
 
     /// Lets the carriage of a stage in memory stay behind by a distance in its next move, unnoticed by the stage.

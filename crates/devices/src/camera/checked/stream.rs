@@ -197,7 +197,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 stream.latest = Some((frame.clone(), timed.exposure_start));
             }
             match compared {
-                None => {}
+                None => self.device.next_is_compared(),
                 Some(Err(objection)) => {
                     self.device.check_signal()?;
                     passed.unsteady += 1;

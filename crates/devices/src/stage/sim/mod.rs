@@ -165,7 +165,7 @@ impl SimAxis {
             && self.config.slip_probability > 0.0
             && self.random.random_bool(self.config.slip_probability.min(1.0));
         let slip_mm = if slips { self.config.slip_um / UM_PER_MM } else { 0.0 };
-        let slip_mm = slip_mm + if distance_mm == 0.0 { 0.0 } else { self.carriage.take_lost_steps() };
+        let slip_mm = slip_mm + self.carriage.take_lost_steps();
         let End { at_mm, took, stopped } = if self.in_real_time {
             self.follow(&start, motor_mm, slip_mm)
         } else {

@@ -53,9 +53,15 @@ impl Body {
 
     /// What arrives of a byte from the host: nothing without a cable, and more or less of it on a noisy line.
     pub fn heard(&mut self, byte: u8) -> impl Iterator<Item = u8> + use<> {
-        let noisy = self.troubles.noisy().then(|| self.to_device.pass(byte));
-        let sound = (noisy.is_none() && self.troubles.connected()).then_some(byte);
-        noisy.into_iter().flatten().chain(sound)
+        let arrives = self.troubles.connected().then_some(byte);
+        let (noisy, sound) = if self.troubles.noisy() { (arrives, None) } else { (None, arrives) };
+        noisy.map(|byte| self.to_device.pass(byte)).into_iter().flatten().chain(sound)
+    }
+
+    /// Ends the move. What it has not lost of its steps is not lost in another one.
+    pub fn move_ends(&mut self) {
+        self.plant.lose_steps(0);
+        self.troubles.move_ends();
     }
 
     /// Sends bytes to the host, unless they are lost.

@@ -33,6 +33,7 @@ pub use grbl::GrblDevice;
 pub use native::{Gate, NativeDevice};
 pub use plant::Plant;
 pub use script::{FaultInlet, FaultScript, Mishap, StageFault, Troubles};
+pub(crate) use script::{amount, names};
 pub use zaber::ZaberDevice;
 
 use std::sync::{Arc, Mutex};

@@ -96,7 +96,7 @@ impl NativeDevice {
             self.body.move_begins();
         }
         if !snapshot.moving && self.operating {
-            self.body.troubles.move_ends();
+            self.body.move_ends();
         }
         self.operating = snapshot.moving;
     }

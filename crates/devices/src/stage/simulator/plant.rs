@@ -69,9 +69,9 @@ impl Plant {
         self.with(|plant| plant.stalled = stalled);
     }
 
-    /// The carriage does not follow this number of steps, from now on.
+    /// The carriage does not follow the next steps, as many as these.
     pub fn lose_steps(&self, steps: u64) {
-        self.with(|plant| plant.to_lose += steps);
+        self.with(|plant| plant.to_lose = steps);
     }
 
     /// Closes both switches by hand, or releases them.

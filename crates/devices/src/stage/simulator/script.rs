@@ -30,10 +30,7 @@ enum Kind {
     Noise,
 }
 
-/// The kind without a move.
-const SWITCH_NEVER_CLOSES: &str = "switch-never-closes";
-
-/// How a kind is written that needs a move.
+/// How a kind is written.
 struct Form {
     kind: Kind,
     name: &'static str,
@@ -41,20 +38,53 @@ struct Form {
     has_start: bool,
     /// The unit of its extent, if there is one.
     extent: Option<&'static str>,
+    /// What happens, for a person.
+    what: &'static str,
 }
 
 const SECONDS: &str = "s";
 const MILLIMETRES: &str = "mm";
 
+const fn form(kind: Kind, name: &'static str, what: &'static str) -> Form {
+    Form { kind, name, has_start: false, extent: None, what }
+}
+
+/// The only one without a move.
+const SWITCH_NEVER_CLOSES: Form =
+    form(Kind::SwitchNeverCloses, "switch-never-closes", "homing finds no switch");
+
 const FORMS: [Form; 8] = [
-    Form { kind: Kind::LostSteps, name: "lost-steps", has_start: false, extent: Some(MILLIMETRES) },
-    Form { kind: Kind::NoMotion, name: "no-motion", has_start: false, extent: None },
-    Form { kind: Kind::Mute, name: "mute", has_start: false, extent: Some(SECONDS) },
-    Form { kind: Kind::Noise, name: "noise", has_start: false, extent: Some(SECONDS) },
-    Form { kind: Kind::Reset, name: "reset", has_start: true, extent: None },
-    Form { kind: Kind::OtherSettings, name: "settings", has_start: true, extent: None },
-    Form { kind: Kind::HangUp, name: "hang-up", has_start: true, extent: Some(SECONDS) },
-    Form { kind: Kind::LimitCloses, name: "limit", has_start: true, extent: None },
+    Form {
+        extent: Some(MILLIMETRES),
+        ..form(
+            Kind::LostSteps,
+            "lost-steps",
+            "the carriage stays behind by this length, unnoticed by the stage",
+        )
+    },
+    form(Kind::NoMotion, "no-motion", "from then on the carriage stands still"),
+    Form {
+        extent: Some(SECONDS),
+        ..form(Kind::Mute, "mute", "all answers are lost for this time after the move")
+    },
+    Form {
+        extent: Some(SECONDS),
+        ..form(Kind::Noise, "noise", "the line loses, doubles and flips one byte in a hundred each")
+    },
+    Form {
+        has_start: true,
+        ..form(Kind::Reset, "reset", "the stage restarts, so long after the move began")
+    },
+    Form {
+        has_start: true,
+        ..form(Kind::OtherSettings, "settings", "the same, and other settings: steps per mm, resolution")
+    },
+    Form {
+        has_start: true,
+        extent: Some(SECONDS),
+        ..form(Kind::HangUp, "hang-up", "the cable is pulled, and back after the second time")
+    },
+    Form { has_start: true, ..form(Kind::LimitCloses, "limit", "a limit switch closes for a second") },
 ];
 
 /// A fault of a stage: one entry of a [`FaultScript`].
@@ -73,15 +103,7 @@ pub struct StageFault {
 ///
 /// As text, separated by commas. Here 3 is the number of a move: moves count from 1, and homing does not count.
 ///
-/// - `switch-never-closes`: no limit switch ever closes.
-/// - `lost-steps@3/0.1mm`: the carriage stays 0.1 mm behind in move 3, unnoticed by the stage.
-/// - `no-motion@3`: from move 3 on the carriage stands still, unnoticed by the stage.
-/// - `mute@3/2s`: after move 3 all answers are lost for 2 s.
-/// - `noise@3/2s`: from move 3 on the line loses, doubles and flips one byte in a hundred each, for 2 s.
-/// - `reset@3+0.2s`: the stage restarts 0.2 s after the start of move 3.
-/// - `settings@3+0.2s`: the same, with another number of steps per mm.
-/// - `hang-up@3+0.2s/1s`: the cable is disconnected then, and connected again after 1 s.
-/// - `limit@3+0.2s`: a limit switch closes then, for a second.
+/// `reset@3+0.2s` restarts the stage 0.2 s after the start of move 3. [`forms`](Self::forms) has all faults.
 ///
 /// ```
 /// use epirig_devices::stage::simulator::FaultScript;
@@ -113,6 +135,14 @@ impl FaultInlet {
 }
 
 impl FaultScript {
+    /// How all faults are written, and what happens.
+    pub fn forms() -> Vec<(String, &'static str)> {
+        let Form { name, what, .. } = SWITCH_NEVER_CLOSES;
+        let mut forms = vec![(name.to_owned(), what)];
+        forms.extend(StageFault::forms("MOVE"));
+        forms
+    }
+
     /// Where faults are added while the script is played.
     pub fn inlet(&self) -> FaultInlet {
         self.added.clone()
@@ -131,8 +161,8 @@ impl StageFault {
         (self.kind == Kind::LostSteps).then_some(self.extent)
     }
 
-    /// How the faults of a stage are written, with `number` for that of the move.
-    pub(crate) fn forms(number: &str) -> String {
+    /// How faults are written, with `number` for that of the move, and what happens.
+    pub fn forms(number: &str) -> Vec<(String, &'static str)> {
         let form = |form: &Form| {
             let start = if form.has_start { "+TIMEs" } else { "" };
             let extent = match form.extent {
@@ -140,9 +170,9 @@ impl StageFault {
                 Some(_) => "/LENGTHmm",
                 None => "",
             };
-            format!("{}@{number}{start}{extent}", form.name)
+            (format!("{}@{number}{start}{extent}", form.name), form.what)
         };
-        FORMS.iter().map(form).collect::<Vec<_>>().join(", ")
+        FORMS.iter().map(form).collect()
     }
 
     fn lasting(&self) -> Duration {
@@ -154,7 +184,7 @@ impl StageFault {
 impl fmt::Display for StageFault {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(form) = FORMS.iter().find(|form| form.kind == self.kind) else {
-            return to.write_str(SWITCH_NEVER_CLOSES);
+            return to.write_str(SWITCH_NEVER_CLOSES.name);
         };
         write!(to, "{}@{}", form.name, self.in_move)?;
         if form.has_start {
@@ -190,38 +220,47 @@ impl FromStr for StageFault {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || {
-            format!(
-                "\"{text}\" is not a complete fault; faults are {SWITCH_NEVER_CLOSES}, {}",
-                Self::forms("MOVE")
-            )
-        };
-        let amount = |text: &str, unit| text.strip_suffix(unit).and_then(|number| number.parse::<f64>().ok());
-        let time = |text: &str| Duration::try_from_secs_f64(amount(text, SECONDS)?).ok();
-        let (none, now) = (0.0, Duration::ZERO);
-        if text == SWITCH_NEVER_CLOSES {
-            return Ok(Self { kind: Kind::SwitchNeverCloses, in_move: 0, after: now, extent: none });
+        let wrong =
+            || format!("\"{text}\" is not a complete fault; faults are {}", names(&FaultScript::forms()));
+        if text == SWITCH_NEVER_CLOSES.name {
+            let (kind, none) = (SWITCH_NEVER_CLOSES.kind, Duration::ZERO);
+            return Ok(Self { kind, in_move: 0, after: none, extent: 0.0 });
         }
-        let (name, rest) = text.split_once('@').ok_or_else(wrong)?;
+        Self::numbered(text).ok_or_else(wrong)
+    }
+}
+
+/// The forms in a list.
+pub(crate) fn names(forms: &[(String, &str)]) -> String {
+    forms.iter().map(|(form, _)| form.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// An amount with its unit, such as `0.2s`; above 0.
+pub(crate) fn amount(text: &str, unit: &str) -> Option<f64> {
+    let amount = text.strip_suffix(unit)?.parse::<f64>().ok()?;
+    (amount > 0.0 && Duration::try_from_secs_f64(amount).is_ok()).then_some(amount)
+}
+
+impl StageFault {
+    /// The fault of a move that a text says; `None` if it says none.
+    pub(crate) fn numbered(text: &str) -> Option<Self> {
+        let (name, rest) = text.split_once('@')?;
         let (rest, extent) = rest.split_once('/').map_or((rest, None), |(rest, extent)| (rest, Some(extent)));
         let (number, after) =
             rest.split_once('+').map_or((rest, None), |(number, time)| (number, Some(time)));
-        let in_move = number.parse().map_err(|_| wrong())?;
         let form = FORMS.iter().find(|form| {
             form.name == name
                 && form.has_start == after.is_some()
                 && form.extent.is_some() == extent.is_some()
-        });
-        let form = form.ok_or_else(wrong)?;
-        let after = after.map_or(Some(now), time).ok_or_else(wrong)?;
-        let extent = match (form.extent, extent) {
-            (Some(SECONDS), Some(text)) => time(text).map(|time| time.as_secs_f64()),
-            (Some(unit), Some(text)) => {
-                amount(text, unit).filter(|extent| extent.is_finite() && *extent > 0.0)
-            }
-            _ => Some(none),
-        };
-        Ok(Self { kind: form.kind, in_move, after, extent: extent.ok_or_else(wrong)? })
+        })?;
+        let seconds =
+            |text| amount(text, SECONDS).and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        Some(Self {
+            kind: form.kind,
+            in_move: number.parse().ok()?,
+            after: after.map_or(Some(Duration::ZERO), seconds)?,
+            extent: extent.zip(form.extent).map_or(Some(0.0), |(text, unit)| amount(text, unit))?,
+        })
     }
 }
 
@@ -231,7 +270,8 @@ pub struct Troubles {
     script: FaultScript,
     moves: u32,
     moving: bool,
-    in_move: Duration,
+    /// Faults of moves that have begun, each with the time that is left until it happens.
+    coming: Vec<(Duration, StageFault)>,
     muted_for: Duration,
     noisy_for: Duration,
     unplugged_for: Duration,
@@ -286,10 +326,10 @@ impl Troubles {
     }
 
     /// Begins a move, in which the carriage stays behind by the returned distance in mm. Homing is not counted.
+    #[must_use]
     pub fn move_begins(&mut self) -> f64 {
         self.moves += 1;
         self.moving = true;
-        self.in_move = Duration::ZERO;
         let added = self.script.added.take().into_iter();
         self.script.faults.extend(added.map(|fault| StageFault { in_move: self.moves, ..fault }));
         let mut behind_mm = 0.0;
@@ -297,7 +337,10 @@ impl Troubles {
             match fault.kind {
                 Kind::Noise => self.noisy_for = fault.lasting(),
                 Kind::LostSteps => behind_mm += fault.extent,
-                _ => {}
+                Kind::Reset | Kind::OtherSettings | Kind::HangUp | Kind::LimitCloses => {
+                    self.coming.push((fault.after, *fault));
+                }
+                Kind::SwitchNeverCloses | Kind::NoMotion | Kind::Mute => {}
             }
         }
         behind_mm
@@ -325,25 +368,20 @@ impl Troubles {
                 return Some(Mishap::LimitOpens);
             }
         }
-        if !self.moving {
-            return None;
-        }
-        let before = self.in_move;
-        self.in_move += time;
-        let now = |fault: &&StageFault| {
-            fault.in_move == self.moves && before <= fault.after && fault.after < self.in_move
-        };
         let mut mishap = None;
-        for fault in self.script.faults.iter().filter(now) {
+        for (left, fault) in std::mem::take(&mut self.coming) {
+            if left >= time {
+                self.coming.push((left - time, fault));
+                continue;
+            }
             match fault.kind {
                 Kind::Reset => mishap = Some(Mishap::Reset),
                 Kind::OtherSettings => mishap = Some(Mishap::OtherSettings),
-                Kind::LimitCloses => {
+                Kind::HangUp => self.unplugged_for = fault.lasting(),
+                _ => {
                     self.limit_for = LIMIT_CLOSED;
                     mishap = Some(Mishap::LimitCloses);
                 }
-                Kind::HangUp => self.unplugged_for = fault.lasting(),
-                Kind::SwitchNeverCloses | Kind::NoMotion | Kind::Mute | Kind::LostSteps | Kind::Noise => {}
             }
         }
         mishap
@@ -368,6 +406,8 @@ mod tests {
             "reset@x+1s",
             "reset@1",
             "reset@-1+1s",
+            "noise@1/0s",
+            "noise@1/1e300s",
             "lost-steps@1/1s",
             "lost-steps@1/0mm",
             "noise@1",

@@ -199,7 +199,7 @@ impl ZaberDevice {
             self.run = None;
             // Known from its encoder, or the end of the search.
             self.stalled = std::mem::take(&mut self.homing) || self.body.troubles.no_motion();
-            self.body.troubles.move_ends();
+            self.body.move_ends();
         }
     }
 }

@@ -28,6 +28,14 @@ impl VideoDevice for SimDevice {
         self.pass(time);
     }
 
+    fn next_is_compared(&mut self) {
+        for event in self.stage.take_due() {
+            if let Some(fault) = self.planned.get(event).copied() {
+                self.inject(fault);
+            }
+        }
+    }
+
     fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
         self.there()?;
         let format = self.format();

@@ -84,8 +84,8 @@ pub struct SimDevice {
     dropped: f64,
     random: ChaCha8Rng,
     pending: Vec<SimFault>,
-    /// Faults that happen as soon as the stage has been sent to a position, in mm.
-    planned: Vec<(f64, SimFault)>,
+    /// Faults that happen once they are due, by the number of the event.
+    planned: Vec<SimFault>,
     silent_until: Moment,
     signal_lost: bool,
     dead: bool,
@@ -183,16 +183,10 @@ impl SimDevice {
         }
     }
 
-    /// Injects a fault as soon as the stage has been sent to a position, in mm from home, for the first time.
-    pub fn inject_at(&mut self, position_mm: f64, fault: SimFault) {
-        self.planned.push((position_mm, fault));
-    }
-
-    /// Injects what was planned for the position to which the stage was sent.
-    fn mind_the_plan(&mut self) {
-        let is_there = |(position_mm, _): &mut (f64, SimFault)| self.stage.is_sent_to(*position_mm);
-        let now: Vec<(f64, SimFault)> = self.planned.extract_if(.., is_there).collect();
-        now.into_iter().for_each(|(_, fault)| self.inject(fault));
+    /// Plans faults: when the stage says that the event of a number is due, the fault of that number is injected
+    /// before the next frame that [counts](crate::camera::VideoDevice::next_is_compared).
+    pub fn plan(&mut self, faults: Vec<SimFault>) {
+        self.planned = faults;
     }
 
     /// Whether this fault is pending; if so, it happens now.
@@ -251,7 +245,6 @@ impl SimDevice {
             (self.before_mm, self.position_mm) = (self.position_mm, position_mm);
             self.moved = self.now;
         }
-        self.mind_the_plan();
     }
 
     /// Advances the time: frames are completed into free buffers, or lost.

@@ -312,7 +312,7 @@ impl GrblDevice {
     /// Motion has ended: a block is done, or there was none.
     fn at_rest(&mut self) {
         if matches!(self.state, State::Run | State::Jog) {
-            self.body.troubles.move_ends();
+            self.body.move_ends();
             if self.motion.queue_is_empty() {
                 self.state = State::Idle;
             }
