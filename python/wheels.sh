@@ -16,7 +16,7 @@ export PATH="$tools/bin:$PATH"
 
 for machine in x86_64 aarch64; do
   target=$machine-unknown-linux-gnu
-  rustup target add "$target" 2> /dev/null || echo "rustup cannot add $target; if the compiler has no library for it, the build says so" >&2
+  rustup target add "$target" || echo "rustup cannot add $target; if the compiler has no library for it, the build says so" >&2
   # What the stubs are written from is not needed in a wheel.
   maturin build --release --locked --strip --zig --target "$target" --compatibility manylinux2014 --out "$folder"
 done

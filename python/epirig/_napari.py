@@ -1,4 +1,4 @@
-"""Sequences and results as layers of napari: open their folder in it."""
+"""Sequences and results as layers of napari: ``napari --plugin epirig FOLDER``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ._errors import EpirigError
 from ._results import Results, Surface
 from ._sequence import Sequence
 
@@ -26,32 +25,26 @@ def reader(path: str | os.PathLike[str] | list[str]) -> Callable[[Any], list[Lay
 
 
 def layers(path: str | os.PathLike[str]) -> list[Layer]:
-    """Frames of a sequence, with the disparity of its results; or the maps of results. Heights and disparities are
-    visible, the rest is there to be switched on."""
+    """Frames of a sequence, with the maps of its results if it was matched; or the maps of results. Heights and
+    disparities are visible, the rest is there to be switched on."""
     here = Path(path)
     if not (here / "sequence.json").is_file():
         return _maps(Results(here) if (here / "match.json").is_file() else Surface(here))
     sequence = Sequence(here)
     frames: Layer = (sequence.frames(), {"name": here.name, "metadata": {"epirig": sequence.record}}, "image")
-    try:
-        return [frames, *_maps(sequence.results())]
-    except EpirigError:
-        # It has not been matched, or not by this version.
-        return [frames]
+    is_matched = (here / "results" / "match.json").is_file()
+    return [frames, *(_maps(sequence.results()) if is_matched else [])]
 
 
 def _maps(results: Results | Surface) -> list[Layer]:
     shown = {"disparity", "height", "height-without-form"}
     found: list[Layer] = []
     for name, title in results.maps.items():
-        try:
-            values = results.map(name)
-        except EpirigError:
-            # A map that these results do not have, such as heights without a scale.
+        values = results.find_map(name)
+        if values is None:
             continue
-        whole = name in ("mask", "used")
         facts = {"name": title, "visible": name in shown, "metadata": {"epirig": results.record}}
-        if whole:
+        if name in ("mask", "used"):
             found.append((values.astype(np.uint8), facts, "labels"))
         else:
             finite = values[np.isfinite(values)]

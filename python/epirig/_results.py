@@ -54,14 +54,19 @@ class _Folder:
 
     def map(self, name: str) -> NDArray[np.float32]:
         """A map by its name; NaN where there is no value. It is compared with its hash in the record."""
+        found = self.find_map(name)
+        if found is None:
+            hint = "; heights need the focal length and the positions" if "height" in name else ""
+            raise DataError(f"{self.folder} has no map {name}{hint}", 5, "data")
+        return found
+
+    def find_map(self, name: str) -> NDArray[np.float32] | None:
+        """The same; None if these results do not have it, such as heights without a scale."""
         if name not in self.maps:
             raise KeyError(f"there is no map {name}; there are {', '.join(self.maps)}")
         if self._record_bytes() != self._bytes:
             raise DataError(f"{self.folder} has other results than these by now; open it again", 5, "data")
         found: NDArray[np.float32] | None = _native.result_map(self.folder, name)
-        if found is None:
-            hint = "; heights need the focal length and the positions" if "height" in name else ""
-            raise DataError(f"{self.folder} has no map {name}{hint}", 5, "data")
         return found
 
     def plot(self, name: str, axes: Axes | None = None) -> Axes:

@@ -5,11 +5,9 @@
 >>> rig = epirig.Rig(rig="sim", set=["camera.size=64x48"])
 >>> stage, camera = devices(rig)
 >>> with rig:
-...     stage.stage()[0].name  # homes the carriage
-...     moved = stage.set(12.5)
-...     moved.exception(timeout=None)
+...     stage.stage().wait()  # homes the carriage
+...     stage.set(12.5).wait()
 ...     stage.read()["stage"]["value"]
-'stage'
 12.5
 
 ``examples/bluesky_scan.py`` has a plan. bluesky itself is not needed to import this module.
@@ -25,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._errors import OptionError
 from ._rig import Rig
 
 if TYPE_CHECKING:
@@ -86,13 +85,37 @@ class Work:
         return self.done and self._failed is None
 
 
+class _Users:
+    """Who uses the connection of a rig: the first connects it, and the last one lets go of it."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._names: set[str] = set()
+        self._connected_here = False
+        self._lock = threading.Lock()
+
+    def join(self, name: str) -> None:
+        with self._lock:
+            if not self._names:
+                self._connected_here = not self._rig.connected
+            self._rig.connect()
+            self._names.add(name)
+
+    def leave(self, name: str) -> None:
+        with self._lock:
+            self._names.discard(name)
+            if not self._names and self._connected_here:
+                self._connected_here = False
+                self._rig.close()
+
+
 class _Device:
     parent = None
 
-    def __init__(self, rig: Rig, name: str) -> None:
+    def __init__(self, rig: Rig, name: str, users: _Users | None) -> None:
         self._rig = rig
         self._name = name
-        self._connected_here = False
+        self._users = users or _Users(rig)
 
     @property
     def name(self) -> str:
@@ -107,47 +130,49 @@ class _Device:
     def _identity(self, index: int) -> str:
         return self._rig.names[index]
 
-    def _connect(self) -> None:
-        self._connected_here = not self._rig.connected
-        self._rig.connect()
-
     def unstage(self) -> list[Any]:
-        """Lets go of the rig, if this device has connected it."""
-        if self._connected_here:
-            self._rig.close()
-            self._connected_here = False
+        """Lets go of the rig, if these devices have connected it and no other is staged."""
+        self._users.leave(self._name)
         return [self]
 
 
 class StageDevice(_Device):
     """The stage: movable, to positions in mm from home; readable, locatable and stoppable."""
 
-    def __init__(self, rig: Rig, name: str = "stage") -> None:
-        super().__init__(rig, name)
+    def __init__(self, rig: Rig, name: str = "stage", users: _Users | None = None) -> None:
+        super().__init__(rig, name, users)
         self._target_mm = float("nan")
+        self._seen_mm = float("nan")
+        self._moving: Work | None = None
 
-    def stage(self) -> list[Any]:
+    def stage(self) -> Work:
         """Connects to the rig if nobody has, and homes a stage whose position is unknown."""
-        self._connect()
-        if self._rig.position_mm is None:
-            self._rig.home()
-        return [self]
+        return self._begin(self._prepare)
 
     def set(self, position_mm: float) -> Work:
-        """Moves to a position in mm from home; done when the stage is at rest there."""
-        self._target_mm = float(position_mm)
-        return Work(lambda: self._rig.move_to(self._target_mm))
+        """Moves to a position in mm from home; done when the stage is at rest there.
+
+        Raises
+        ------
+        epirig.OptionError
+            If it moves already; stop it first.
+        """
+        target_mm = float(position_mm)
+        work = self._begin(lambda: self._rig.move_to(target_mm))
+        self._target_mm = target_mm
+        return work
 
     def stop(self, success: bool = True) -> None:
-        """Stops a motion."""
-        self._rig.stop()
+        """Stops a motion, and returns when the stage is at rest."""
+        if self._rig.connected:
+            self._rig.stop()
 
     def locate(self) -> Location[float]:
         """Where it was sent, and where it is, in mm."""
         return {"setpoint": self._target_mm, "readback": self._position_mm()}
 
     def read(self) -> dict[str, Reading[float]]:
-        """The reported position in mm from home; NaN before homing."""
+        """The reported position in mm from home; while it moves, the one before; NaN before homing."""
         return {self._name: {"value": self._position_mm(), "timestamp": time.time()}}
 
     def describe(self) -> dict[str, DataKey]:
@@ -155,16 +180,33 @@ class StageDevice(_Device):
         source = f"epirig:{self._identity(0)}"
         return {self._name: {"source": source, "dtype": "number", "shape": [], "units": "mm", "precision": 4}}
 
+    def _begin(self, work: Callable[[], object]) -> Work:
+        if self._is_busy():
+            raise OptionError("the stage is moving; wait for the end of its motion, or stop it", 2, "usage")
+        self._moving = Work(work)
+        return self._moving
+
+    def _is_busy(self) -> bool:
+        return self._moving is not None and not self._moving.done
+
+    def _prepare(self) -> None:
+        self._users.join(self._name)
+        if self._rig.position_mm is None:
+            self._rig.home()
+
     def _position_mm(self) -> float:
-        position_mm = self._rig.position_mm
-        return float("nan") if position_mm is None else position_mm
+        # The line to a stage that moves is busy.
+        if not self._is_busy():
+            position_mm = self._rig.position_mm
+            self._seen_mm = float("nan") if position_mm is None else position_mm
+        return self._seen_mm
 
 
 class CameraDevice(_Device):
     """The camera: ``trigger`` takes a frame whose exposure begins after it, ``read`` gives the frame and its mean."""
 
-    def __init__(self, rig: Rig, name: str = "camera") -> None:
-        super().__init__(rig, name)
+    def __init__(self, rig: Rig, name: str = "camera", users: _Users | None = None) -> None:
+        super().__init__(rig, name, users)
         self._frame: NDArray[Any] | None = None
         self._taken = 0.0
 
@@ -173,17 +215,17 @@ class CameraDevice(_Device):
         """What is worth plotting: the mean."""
         return {"fields": [f"{self._name}_mean"]}
 
-    def stage(self) -> list[Any]:
+    def stage(self) -> Work:
         """Connects to the rig if nobody has."""
-        self._connect()
-        return [self]
+        self._frame = None
+        return Work(lambda: self._users.join(self._name))
 
     def trigger(self) -> Work:
         """Takes a frame."""
         return Work(self._take)
 
     def read(self) -> dict[str, Reading[Any]]:
-        """The latest frame, (rows, columns), and its mean in DN."""
+        """The latest frame, (rows, columns), and its mean in DN; without one, it is taken."""
         frame = self._latest()
         return {
             self._name: {"value": frame, "timestamp": self._taken},
@@ -204,17 +246,16 @@ class CameraDevice(_Device):
             f"{self._name}_mean": {"source": source, "dtype": "number", "shape": [], "units": "DN"},
         }
 
-    def _take(self) -> None:
-        self._frame = self._rig.grab()
-        self._taken = time.time()
+    def _take(self) -> NDArray[Any]:
+        frame = self._rig.grab()
+        self._frame, self._taken = frame, time.time()
+        return frame
 
     def _latest(self) -> NDArray[Any]:
-        if self._frame is None:
-            self._take()
-        assert self._frame is not None
-        return self._frame
+        return self._take() if self._frame is None else self._frame
 
 
 def devices(rig: Rig, *, stage: str = "stage", camera: str = "camera") -> tuple[StageDevice, CameraDevice]:
     """Stage and camera of a rig, with their names in documents."""
-    return StageDevice(rig, stage), CameraDevice(rig, camera)
+    users = _Users(rig)
+    return StageDevice(rig, stage, users), CameraDevice(rig, camera, users)

@@ -25,8 +25,8 @@ def keep(name: str, document: Any) -> None:
         positions_mm.append(document["data"]["stage"])
 
 
-with rig:
-    RunEngine()(bp.scan([camera], stage, 65, 105, 21), keep)
+# The plan connects to the rig, homes the stage, and lets go of both.
+RunEngine()(bp.scan([camera], stage, 65, 105, 21), keep)
 
 maps = epirig.match_array(np.stack(frames), tau=positions_mm)
 print(f"{len(frames)} frames from {positions_mm[0]:.1f} to {positions_mm[-1]:.1f} mm")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,8 @@ def test_napari_opens_sequences_and_results(sequence: epirig.Sequence, written: 
     viewer: Any = components.ViewerModel()
     viewer.open(sequence.folder, plugin="epirig")
     assert np.array_equal(viewer.layers[0].data, sequence.frames())
+    # Other files are left to others.
+    viewer.open(next((sequence.folder / "frames").iterdir()))
     results = sequence.match(out=written / "napari")
     viewer.layers.clear()
     viewer.open(results.folder, plugin="epirig")
@@ -75,12 +78,19 @@ def test_devices_are_what_bluesky_takes_them_for() -> None:
         (camera, ("Triggerable", "Readable", "Stageable", "HasHints", "HasParent")),
     ]:
         assert all(isinstance(device, getattr(protocols, role)) for role in roles)
-    stage.stage()
-    camera.stage()
-    assert isinstance(stage.set(1), protocols.Status) and camera.name == "eye"
+    for staged in (stage.stage(), camera.stage()):
+        staged.wait()
+    near = stage.set(1)
+    near.wait()
+    assert isinstance(near, protocols.Status) and camera.name == "eye" and stage.read()["stage"]["value"] == 1
     far = stage.set(150)
     with pytest.raises(TimeoutError):
         far.exception(0.2)
+    with pytest.raises(epirig.OptionError, match="is moving"):
+        stage.set(0)
+    # Nobody waits for a stage that moves.
+    begun = time.monotonic()
+    assert stage.read()["stage"]["value"] == 1 and time.monotonic() - begun < 1
     stage.stop()
     failed = far.exception(None)
     assert isinstance(failed, epirig.EpirigError) and far.done and not far.success
@@ -93,7 +103,29 @@ def test_devices_are_what_bluesky_takes_them_for() -> None:
     frame = camera.read()["eye"]["value"]
     assert frame.shape == tuple(camera.describe()["eye"]["shape"]) == (48, 64)
     assert stage.locate()["setpoint"] == 150 and stage.locate()["readback"] < 150
-    camera.unstage()
-    assert rig.connected
     stage.unstage()
+    assert rig.connected
+    camera.trigger().wait()
+    camera.unstage()
     assert not rig.connected
+    stage.stop()
+
+
+def test_a_plan_connects_homes_and_lets_go(caplog: pytest.LogCaptureFixture) -> None:
+    plans = pytest.importorskip("bluesky.plans")
+    from epirig.bluesky import devices
+
+    rig = simulated_rig(frames=5, columns=64, rows=48, faults=["camera-no-signal@3"])
+    stage, camera = devices(rig)
+    engine: Any = pytest.importorskip("bluesky").RunEngine()
+    documents: list[Any] = []
+    engine(plans.scan([camera], stage, 10, 14, 3), lambda name, document: documents.append((name, document)))
+    places = [document["data"]["stage"] for name, document in documents if name == "event"]
+    assert places == [10, 12, 14] and not rig.connected
+    with pytest.raises(epirig.DeviceError, match="no signal"):
+        try:
+            engine(plans.scan([camera], stage, 16, 18, 2))
+        except Exception as error:
+            # What the engine raises names the status; the cause is the exception of the device.
+            raise error.__cause__ or error
+    assert not rig.connected and "Failed to stop" not in caplog.text

@@ -31,6 +31,9 @@ def test_the_truth_stands_beside_the_result(epirig_scan: Scans) -> None:
     assert np.nanmin(known.height_mm) == pytest.approx(-0.2, abs=1e-4)
     first = truth(sequence, 0)
     assert not np.array_equal(first.disparity, known.disparity, equal_nan=True)
+    with pytest.raises(epirig.DataError, match="was measured in frame 15"):
+        first.errors(results)
+    assert np.array_equal(known.errors(epirig.match_array(sequence.frames(), tau=sequence.tau())), errors, equal_nan=True)
     with pytest.raises(epirig.EpirigError, match="no frame 99"):
         truth(sequence, 99)
 
@@ -83,6 +86,8 @@ def test_a_camera_that_goes_is_no_key_that_was_pressed(epirig_rig: Rigs, tmp_pat
     with pytest.raises(epirig.DeviceError) as caught:
         list(rig.capture(tmp_path / "seq"))
     assert caught.value.exit_code == 7 and not isinstance(caught.value, KeyboardInterrupt)
+    with pytest.raises(epirig.EpirigError, match="3 of 7 frames"):
+        truth(epirig.Sequence(tmp_path / "seq"))
     # The fault has happened; who resumes has a camera again.
     assert [frame.index for frame in rig.resume(tmp_path / "seq")] == [3, 4, 5, 6]
 
@@ -101,11 +106,27 @@ def test_faults_come_at_frames_of_a_rig_that_is_moved_by_hand(epirig_rig: Rigs) 
             rig.grab()
 
 
+def test_a_move_that_is_refused_uses_up_no_fault(epirig_rig: Rigs) -> None:
+    with epirig_rig(stage="native", frames=5, faults=["reset@1+0.1s", "camera-no-signal@1"]) as rig:
+        with pytest.raises(epirig.EpirigError):
+            rig.move_to(12)
+        rig.home()
+        rig.grab()
+        rig.move_to(10)
+        with pytest.raises(epirig.DeviceError, match="restarted"):
+            rig.move_to(12)
+        rig.home()
+        rig.move_to(14)
+        # It was due at frame 1, and this is the next frame.
+        with pytest.raises(epirig.DeviceError, match="no signal"):
+            rig.grab()
+
+
 def test_what_cannot_happen_is_refused(epirig_rig: Rigs) -> None:
     for faults, words in [
         (["fire@3"], "must be faults such as"),
         (["lost-steps@99/1mm"], "there is no frame 99"),
-        (["mute@3/1s"], "cannot happen to a stage in memory"),
+        (["mute@3/1s"], "needs a stage at the end of a simulated line"),
     ]:
         with pytest.raises(epirig.OptionError, match=words):
             epirig_rig(frames=5, faults=faults).connect()

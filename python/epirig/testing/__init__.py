@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _native
+from .._errors import DataError
 from .._maps import Maps
 from .._results import Results
 from .._rig import Rig
@@ -53,7 +54,7 @@ def simulated_rig(
     Parameters
     ----------
     faults
-        What goes wrong, and at which frame, counted from 0: ``"lost-steps@40/0.1mm"``, ``"camera-torn@12"``. The
+        What goes wrong, and at which frame, counted from 0: ``["lost-steps@40/0.1mm", "camera-torn@12"]``. The
         book lists them ("The stage"). Each happens once, when the stage is first sent to that frame.
     stage
         The stage: ``"sim"`` is one in memory. The others are driven by the driver of a real stage, over a line to
@@ -67,7 +68,7 @@ def simulated_rig(
     noise_dn
         Standard deviation of the noise of a pixel, in grey levels of 255.
     seed
-        Seed of all random numbers: the same seed gives the same frames.
+        Seed of the camera and of a stage in memory: the same seed gives the same frames.
     real_time
         Whether moves and frames take as long as they would.
     wait_s
@@ -75,7 +76,7 @@ def simulated_rig(
     settings
         More keys of the profile, as ``"stage.backlash=10 um"``.
     """
-    script = ",".join(faults)
+    script = ",".join([faults] if isinstance(faults, str) else faults)
     keys = [
         f"camera.size={columns}x{rows}",
         "plan.settle=20 ms",
@@ -84,7 +85,7 @@ def simulated_rig(
         f"sim.real_time={'true' if real_time else 'false'}",
         f"limits.wait={wait_s} s",
         *([f"sim.faults={script}"] if script else []),
-        *settings,
+        *([settings] if isinstance(settings, str) else settings),
     ]
     port = None if stage == "sim" else "sim"
     return Rig(rig="sim", driver=stage, port=port, frames=frames, step_mm=step_mm, set=keys)
@@ -101,13 +102,28 @@ class Truth:
     reference: int
     """Index of the reference frame."""
     positions_mm: NDArray[np.float64]
-    """Where the carriage truly stood at each frame, in mm from home: with ``sim.step_error``, but without the
-    faults of a script."""
+    """Where the carriage truly stood at each frame, in mm from home, with the errors of its screw
+    (``sim.step_error``). Backlash, noise, and steps that were lost are not known here."""
     tau: NDArray[np.float64]
     """The same on the baseline, from 0 to 1."""
 
     def errors(self, found: Results | Maps) -> NDArray[np.float32]:
-        """Measured less true disparity, in px: (rows, columns); NaN without an answer, or beside the object."""
+        """Measured less true disparity, in px: (rows, columns); NaN without an answer, or beside the object.
+
+        Raises
+        ------
+        epirig.DataError
+            If it was measured in another reference frame, or in frames of another size.
+        """
+        reference = found.record["reference"] if isinstance(found, Results) else found.reference
+        if (reference, found.disparity.shape) != (self.reference, self.disparity.shape):
+            raise DataError(
+                f"this is the truth of frame {self.reference}, {self.disparity.shape}, and that was measured in frame "
+                f"{reference}, {found.disparity.shape}; ask for truth(sequence, {reference}), after the calibration if "
+                "there is one",
+                5,
+                "data",
+            )
         return np.asarray(found.disparity - self.disparity)
 
 
@@ -126,7 +142,7 @@ def truth(sequence: Sequence, reference: int | None = None) -> Truth:
     Raises
     ------
     epirig.EpirigError
-        If the scan was not simulated, or its camera must be calibrated first.
+        If the scan was not simulated or lacks frames, or its camera must be calibrated first.
     """
     disparity, height_mm, used, positions_mm, tau = _native.sequence_truth(sequence.folder, reference)
     return Truth(disparity, height_mm, used, np.array(positions_mm), np.array(tau))
