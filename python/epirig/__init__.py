@@ -5,8 +5,10 @@
 command line, which the package has, too: ``epirig --help``.
 """
 
+import atexit as _atexit
 from importlib.metadata import version as _version
 
+from . import _native
 from ._errors import DataError, DeviceError, EpirigError, Interrupted, OptionError
 from ._maps import VALIDITY, Maps
 from ._results import Results, Surface
@@ -15,6 +17,8 @@ from ._sequence import Sequence
 from ._verbs import capture, compare, demo, doctor, import_images, match_array, measure, plan, resume
 
 __version__ = _version("epirig")
+# Threads that work still would be ended in the middle of it.
+_atexit.register(_native.end_all_calls)
 
 __all__ = [
     "VALIDITY",

@@ -6,7 +6,7 @@ from _typeshed import Incomplete, SupportsGetItem
 from os import PathLike
 from typing import Any, SupportsFloat, SupportsIndex, final
 
-__all__ = ["Connection", "Scan", "call", "map_names", "match_array", "read_frames", "result_map", "run", "sequence_facts", "sequence_tau", "sequence_truth", "validity_classes", "verbs"]
+__all__ = ["Connection", "Scan", "call", "end_all_calls", "map_names", "match_array", "read_frames", "result_map", "run", "sequence_facts", "sequence_tau", "sequence_truth", "validity_classes", "verbs"]
 
 @final
 class Connection:
@@ -37,9 +37,9 @@ class Connection:
         """
         Moves to a position in mm from home, and returns when the stage is at rest there.
         """
-    def state(self, /) -> tuple[float | None, bool, bool]:
+    def state(self, /) -> tuple[float | None, bool]:
         """
-        Position in mm, whether the stage moves, and whether it is at a limit switch.
+        Position in mm, and whether the stage moves. While another thread moves it: the position before.
         """
     def stop(self, /) -> None:
         """
@@ -59,6 +59,10 @@ class Scan:
         """
         Ends the scan after the frame in hand.
         """
+    def interrupt(self, /) -> None:
+        """
+        Does what Ctrl-C does: the first time the scan ends after the frame in hand, then the stage is stopped.
+        """
     def next(self, /) -> tuple[int, Any, str] | None:
         """
         The next good frame: its index, the array of (rows, columns), and its facts as text (JSON). `None` at the end.
@@ -67,6 +71,11 @@ class Scan:
 def call(words: SupportsGetItem[int, str], progress: Any | None = None) -> str:
     """
     Runs a verb with its options; gives the record that `--json` prints, as text.
+    """
+
+def end_all_calls() -> None:
+    """
+    Ends all calls of other threads, and waits for their end: for the end of the interpreter.
     """
 
 def map_names(verb: str) -> list[tuple[str, str, str]]:

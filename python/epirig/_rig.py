@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 from collections.abc import Iterator
@@ -48,17 +49,21 @@ class Rig(RigOptions):
     """
 
     _connection: _native.Connection | None = None
+    _running: _native.Scan | None = None
 
     def connect(self) -> Rig:
         """Connects to the stage, and opens the camera; a connection that is there is kept."""
         if self._connection is None:
             self._connection = _native.Connection(self._words)
+            # A program that ends leaves no stage moving.
+            atexit.register(self.close)
         return self
 
     def close(self) -> None:
         """Lets go of stage and camera; a stage that moves is stopped."""
         connection, self._connection = self._connection, None
         if connection is not None:
+            atexit.unregister(self.close)
             connection.close()
 
     def __enter__(self) -> Rig:
@@ -89,8 +94,12 @@ class Rig(RigOptions):
         self._connected.move_to(position_mm)
 
     def stop(self) -> None:
-        """Stops the stage, also while another thread moves it."""
-        self._connected.stop()
+        """Stops the stage, also while another thread moves it. A scan ends after the frame in hand, and at the second
+        call at once; it can be resumed."""
+        if self._running is not None:
+            self._running.interrupt()
+        else:
+            self._connected.stop()
 
     @property
     def position_mm(self) -> float | None:
@@ -121,8 +130,9 @@ class Rig(RigOptions):
         """Takes a scan as it is planned, and gives each good frame as soon as it is taken.
 
         The frames are written to ``out``, a new sequence. Frames that fail are taken again, as in ``epirig capture``.
-        Who leaves the loop early, or presses Ctrl-C, ends the scan after the frame in hand; ``resume`` continues it.
-        A connection by hand is closed first.
+        The stage rests while the loop works on a frame. Who leaves the loop early, or presses Ctrl-C, ends the scan;
+        ``resume`` continues it. What the scan remarks goes to the logger ``epirig``. A connection by hand is closed
+        first, and made again at the end.
         """
         yield from self._scan(["capture", *self._words, f"--out={os.fspath(out)}"])
 
@@ -132,11 +142,17 @@ class Rig(RigOptions):
         yield from self._scan(["resume", "--", os.fspath(folder)])
 
     def _scan(self, words: list[str]) -> Iterator[CapturedFrame]:
+        was_connected = self.connected
         self.close()
-        scan = _native.Scan(words)
+        self._running = scan = _native.Scan(words)
+        atexit.register(scan.close)
         try:
             while (taken := scan.next()) is not None:
                 index, image, facts = taken
                 yield CapturedFrame(index, image, **json.loads(facts))
         finally:
+            self._running = None
+            atexit.unregister(scan.close)
             scan.close()
+        if was_connected:
+            self.connect()

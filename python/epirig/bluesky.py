@@ -36,7 +36,9 @@ __all__ = ["CameraDevice", "StageDevice", "Work", "devices"]
 class Work:
     """Work of a device in a thread of its own: a ``Status`` of bluesky."""
 
-    def __init__(self, work: Callable[[], object]) -> None:
+    def __init__(self, work: Callable[[], object], what: str = "work") -> None:
+        self._what = what
+        self._is_stopped_as_planned = False
         self._failed: BaseException | None = None
         self._callbacks: list[Callable[[Any], None]] = []
         self._lock = threading.Lock()
@@ -48,12 +50,21 @@ class Work:
             work()
         except BaseException as error:
             # Whoever asks for it raises it.
-            self._failed = error
+            self._failed = None if self._is_stopped_as_planned else error
         with self._lock:
             self._ended.set()
             callbacks, self._callbacks = self._callbacks, []
         for callback in callbacks:
             callback(self)
+
+    def __repr__(self) -> str:
+        if not self.done:
+            return f"<{self._what}: goes on>"
+        return f"<{self._what}: done>" if self._failed is None else f"<{self._what}: {self._failed}>"
+
+    def end_well(self) -> None:
+        """It is about to be stopped, as planned: that is no failure."""
+        self._is_stopped_as_planned = True
 
     def add_callback(self, callback: Callable[[Any], None]) -> None:
         """Calls ``callback`` with this object at the end, or at once if it has ended."""
@@ -127,6 +138,9 @@ class _Device:
         """What is worth plotting."""
         return {"fields": [self._name]}
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._name!r})"
+
     def _identity(self, index: int) -> str:
         return self._rig.names[index]
 
@@ -141,13 +155,13 @@ class StageDevice(_Device):
 
     def __init__(self, rig: Rig, name: str = "stage", users: _Users | None = None) -> None:
         super().__init__(rig, name, users)
-        self._target_mm = float("nan")
+        self._target_mm: float | None = None
         self._seen_mm = float("nan")
         self._moving: Work | None = None
 
     def stage(self) -> Work:
         """Connects to the rig if nobody has, and homes a stage whose position is unknown."""
-        return self._begin(self._prepare)
+        return self._begin(self._prepare, "staging")
 
     def set(self, position_mm: float) -> Work:
         """Moves to a position in mm from home; done when the stage is at rest there.
@@ -158,18 +172,21 @@ class StageDevice(_Device):
             If it moves already; stop it first.
         """
         target_mm = float(position_mm)
-        work = self._begin(lambda: self._rig.move_to(target_mm))
+        work = self._begin(lambda: self._rig.move_to(target_mm), f"move to {target_mm} mm")
         self._target_mm = target_mm
         return work
 
     def stop(self, success: bool = True) -> None:
-        """Stops a motion, and returns when the stage is at rest."""
+        """Stops a motion, and returns when the stage is at rest. As planned (``success``), the motion has not failed."""
+        if success and self._moving is not None:
+            self._moving.end_well()
         if self._rig.connected:
             self._rig.stop()
 
     def locate(self) -> Location[float]:
-        """Where it was sent, and where it is, in mm."""
-        return {"setpoint": self._target_mm, "readback": self._position_mm()}
+        """Where it was sent (before that: where it is), and where it is, in mm."""
+        position_mm = self._position_mm()
+        return {"setpoint": position_mm if self._target_mm is None else self._target_mm, "readback": position_mm}
 
     def read(self) -> dict[str, Reading[float]]:
         """The reported position in mm from home; while it moves, the one before; NaN before homing."""
@@ -180,10 +197,10 @@ class StageDevice(_Device):
         source = f"epirig:{self._identity(0)}"
         return {self._name: {"source": source, "dtype": "number", "shape": [], "units": "mm", "precision": 4}}
 
-    def _begin(self, work: Callable[[], object]) -> Work:
+    def _begin(self, work: Callable[[], object], what: str) -> Work:
         if self._is_busy():
             raise OptionError("the stage is moving; wait for the end of its motion, or stop it", 2, "usage")
-        self._moving = Work(work)
+        self._moving = Work(work, f"{what} of {self._name}")
         return self._moving
 
     def _is_busy(self) -> bool:
@@ -218,11 +235,11 @@ class CameraDevice(_Device):
     def stage(self) -> Work:
         """Connects to the rig if nobody has."""
         self._frame = None
-        return Work(lambda: self._users.join(self._name))
+        return Work(lambda: self._users.join(self._name), f"staging of {self._name}")
 
     def trigger(self) -> Work:
         """Takes a frame."""
-        return Work(self._take)
+        return Work(self._take, f"frame of {self._name}")
 
     def read(self) -> dict[str, Reading[Any]]:
         """The latest frame, (rows, columns), and its mean in DN; without one, it is taken."""

@@ -28,4 +28,6 @@ mod _native {
     use super::truth::sequence_truth;
     #[pymodule_export]
     use super::verbs::{call, run, verbs};
+    #[pymodule_export]
+    use super::work::end_all_calls;
 }

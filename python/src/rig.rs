@@ -1,6 +1,7 @@
 //! A rig moved by hand, and the frames of a scan as they are taken.
 
 use std::ffi::OsString;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
@@ -17,7 +18,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::errors::exception;
-use crate::work::{EVERY, Told, done_with, interrupted, no_thread};
+use crate::work::{Call, EVERY, Told, done_with, going_on, interrupted, no_thread};
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -29,10 +30,14 @@ pub(crate) struct Connection {
     /// `None` once it is closed.
     bench: Mutex<Option<Bench>>,
     switch: StopSwitch,
+    /// Whether the stage moves: then it answers nobody else.
+    moves: AtomicBool,
+    /// The position in mm that it reported last.
+    seen_mm: Mutex<Option<f64>>,
 }
 
-/// Position in mm, whether the stage moves, and whether it is at a limit switch.
-type State = (Option<f64>, bool, bool);
+/// Position in mm, and whether the stage moves.
+type State = (Option<f64>, bool);
 
 #[pymethods]
 impl Connection {
@@ -44,17 +49,22 @@ impl Connection {
             Bench::open(&profile).map_err(Refusal::of)
         })?;
         let switch = bench.stage().stop_switch();
-        Ok(Self { bench: Mutex::new(Some(bench)), switch })
+        Ok(Self {
+            bench: Mutex::new(Some(bench)),
+            switch,
+            moves: AtomicBool::new(false),
+            seen_mm: Mutex::new(None),
+        })
     }
 
     /// Homes the stage.
     fn home(&self, py: Python<'_>) -> PyResult<()> {
-        self.by_hand(py, |bench| bench.stage().home().map_err(Refusal::of))
+        self.motion(py, |bench| bench.stage().home().map_err(Refusal::of))
     }
 
     /// Moves to a position in mm from home, and returns when the stage is at rest there.
     fn move_to(&self, py: Python<'_>, position_mm: f64) -> PyResult<()> {
-        self.by_hand(py, |bench| bench.stage().move_to(position_mm).map_err(Refusal::of))
+        self.motion(py, |bench| bench.stage().move_to(position_mm).map_err(Refusal::of))
     }
 
     /// Stops the stage, also while another thread moves it.
@@ -63,12 +73,14 @@ impl Connection {
         self.by_hand(py, |bench| bench.stage().stop().map_err(Refusal::of))
     }
 
-    /// Position in mm, whether the stage moves, and whether it is at a limit switch.
+    /// Position in mm, and whether the stage moves. While another thread moves it: the position before.
     fn state(&self, py: Python<'_>) -> PyResult<State> {
-        self.by_hand(py, |bench| {
-            let state = bench.stage().state().map_err(Refusal::of)?;
-            Ok((state.position_mm, state.moving, state.at_limit))
-        })
+        if self.moves.load(Ordering::SeqCst) {
+            return Ok((*locked(&self.seen_mm), true));
+        }
+        let state = self.by_hand(py, |bench| bench.stage().state().map_err(Refusal::of))?;
+        *locked(&self.seen_mm) = state.position_mm;
+        Ok((state.position_mm, state.moving))
     }
 
     /// Travel in mm, and the names of stage and camera.
@@ -95,6 +107,21 @@ impl Connection {
 }
 
 impl Connection {
+    /// The same, while the stage moves.
+    fn motion(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Bench) -> Result<(), Refusal> + Send,
+    ) -> PyResult<()> {
+        self.by_hand(py, |bench| {
+            *locked(&self.seen_mm) = bench.stage().state().ok().and_then(|state| state.position_mm);
+            self.moves.store(true, Ordering::SeqCst);
+            let moved = work(bench);
+            self.moves.store(false, Ordering::SeqCst);
+            moved
+        })
+    }
+
     /// Does `work` on the bench; Ctrl-C stops the stage, the second time at once.
     fn by_hand<T: Send>(
         &self,
@@ -124,6 +151,8 @@ type Taken = (usize, Frame, String);
 struct Heard {
     told: Arc<Told>,
     frames: Mutex<Sender<Taken>>,
+    /// A word for each frame that the caller has done with.
+    done_with: Mutex<Receiver<()>>,
 }
 
 impl Progress for Heard {
@@ -160,12 +189,21 @@ impl CalledFrom for Heard {
         // If nobody takes frames any more, the scan is being ended.
         let _ = locked(&self.frames).send((index, frame.clone(), facts.to_string()));
     }
+
+    // Until the caller asks for the next frame.
+    fn rests(&self) {
+        let done_with = locked(&self.done_with);
+        while !self.told.cancelled() && done_with.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {}
+    }
 }
 
 /// A scan whose frames are taken one after the other. When it is dropped, it ends after the frame in hand.
 #[pyclass(frozen)]
 pub(crate) struct Scan {
     frames: Mutex<Receiver<Taken>>,
+    done_with: Sender<()>,
+    /// Whether the caller has a frame.
+    gave: AtomicBool,
     told: Arc<Told>,
     working: Mutex<Option<JoinHandle<Result<(), Refusal>>>>,
 }
@@ -176,25 +214,42 @@ impl Scan {
     #[new]
     fn begin(py: Python<'_>, words: Vec<OsString>) -> PyResult<Self> {
         let (sender, frames) = channel();
+        let (done_with, is_done_with) = channel();
         let told = Arc::<Told>::default();
-        let heard = Arc::new(Heard { told: Arc::clone(&told), frames: Mutex::new(sender) });
+        let heard = Heard {
+            told: Arc::clone(&told),
+            frames: Mutex::new(sender),
+            done_with: Mutex::new(is_done_with),
+        };
+        let heard = Arc::new(heard);
         let working = Builder::new().spawn(move || embedded::call(words, heard).map(|_| ()));
         let working = working.map_err(|error| exception(py, no_thread(&error)))?;
-        Ok(Self { frames: Mutex::new(frames), told, working: Mutex::new(Some(working)) })
+        let working = Mutex::new(Some(working));
+        Ok(Self { frames: Mutex::new(frames), done_with, gave: AtomicBool::new(false), told, working })
     }
 
     /// The next good frame: its index, the array of (rows, columns), and its facts as text (JSON). `None` at the end.
     #[allow(clippy::type_complexity, reason = "a tuple for Python")]
     fn next<'py>(&self, py: Python<'py>) -> PyResult<Option<(usize, Bound<'py, PyAny>, String)>> {
+        let _call = Call::begin();
+        if self.gave.swap(false, Ordering::SeqCst) {
+            // A scan that has ended hears no more.
+            let _ = self.done_with.send(());
+        }
         let mut raised = None;
         loop {
             match py.detach(|| locked(&self.frames).recv_timeout(EVERY)) {
                 Ok((index, frame, facts)) if raised.is_none() => {
+                    self.told.hand_on_notes(py)?;
+                    self.gave.store(true, Ordering::SeqCst);
                     return Ok(Some((index, array(py, &frame)?, facts)));
                 }
                 Ok(_) => {}
                 Err(RecvTimeoutError::Timeout) => {
-                    if let Err(error) = py.check_signals() {
+                    let notes = self.told.hand_on_notes(py);
+                    if let Err(error) =
+                        py.check_signals().and(notes).and_then(|()| going_on(raised.is_some()))
+                    {
                         self.told.interrupt();
                         raised.get_or_insert(error);
                     }
@@ -209,6 +264,11 @@ impl Scan {
                 }
             }
         }
+    }
+
+    /// Does what Ctrl-C does: the first time the scan ends after the frame in hand, then the stage is stopped.
+    fn interrupt(&self) {
+        self.told.interrupt();
     }
 
     /// Ends the scan after the frame in hand.

@@ -25,7 +25,8 @@ pub(crate) fn sequence_truth<'py>(
 ) -> PyResult<Known<'py>> {
     let truth = done(py, None, |_| {
         let sequence = Sequence::open(&folder).map_err(Refusal::of)?;
-        let calibration = read_calibration(&sequence).map_err(Refusal::of)?.map(|(calibration, _)| calibration);
+        let calibration =
+            read_calibration(&sequence).map_err(Refusal::of)?.map(|(calibration, _)| calibration);
         scan_truth(&sequence, calibration.as_ref(), reference).map_err(Refusal::of)
     })?;
     let (disparity, height_mm) = (array(py, truth.maps.disparity)?, array(py, truth.maps.height_mm)?);

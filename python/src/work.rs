@@ -1,11 +1,11 @@
 //! Work that takes a while: it is done on a thread of its own, without Python's lock. The thread that called
 //! waits for it, and meanwhile hands on what the work tells, and hears Ctrl-C.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::Builder;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use epirig::cli::embedded::{CalledFrom, Refusal, Switches};
 use epirig_core::fault::Blame;
@@ -17,6 +17,45 @@ use crate::errors::{exception, interruption};
 
 /// How often the waiting thread looks.
 pub(crate) const EVERY: Duration = Duration::from_millis(50);
+
+/// Whether the interpreter is about to end.
+static ENDING: AtomicBool = AtomicBool::new(false);
+/// Calls from Python that have not yet returned.
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+
+/// A call from Python, for as long as it lasts. An interpreter that ended meanwhile would end its thread in the middle
+/// of Rust.
+pub(crate) struct Call;
+
+impl Call {
+    pub(crate) fn begin() -> Self {
+        CALLS.fetch_add(1, Ordering::SeqCst);
+        Self
+    }
+
+    /// Whether it is to end, because the interpreter does.
+    pub(crate) fn is_to_end() -> bool {
+        ENDING.load(Ordering::SeqCst)
+    }
+}
+
+impl Drop for Call {
+    fn drop(&mut self) {
+        CALLS.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// Ends all calls of other threads, and waits for their end: for the end of the interpreter.
+#[pyfunction]
+pub(crate) fn end_all_calls(py: Python<'_>) {
+    /// A stage has come to rest, and a match has ended by then.
+    const PATIENCE: Duration = Duration::from_secs(20);
+    ENDING.store(true, Ordering::SeqCst);
+    let until = Instant::now() + PATIENCE;
+    while CALLS.load(Ordering::SeqCst) > 0 && Instant::now() < until {
+        py.detach(|| std::thread::sleep(EVERY));
+    }
+}
 
 /// What the work tells; shared by the work and the thread that waits for it.
 #[derive(Default)]
@@ -40,6 +79,16 @@ impl Told {
     pub(crate) fn interrupt(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
         self.switches.interrupt();
+    }
+
+    /// Gives notes to Python's `logging`.
+    pub(crate) fn hand_on_notes(&self, py: Python<'_>) -> PyResult<()> {
+        let notes = std::mem::take(&mut self.latest().notes);
+        if notes.is_empty() {
+            return Ok(());
+        }
+        let log = py.import("epirig._log")?.getattr("note")?;
+        notes.into_iter().try_for_each(|words| log.call1((words,)).map(|_| ()))
     }
 
     fn latest(&self) -> MutexGuard<'_, Latest> {
@@ -94,6 +143,7 @@ pub(crate) fn done_with<T: Send>(
     work: impl FnOnce(Arc<Told>) -> Result<T, Refusal> + Send,
 ) -> PyResult<T> {
     refuse_forked().map_err(|refusal| exception(py, refusal))?;
+    let _call = Call::begin();
     if let Some(progress) = progress.filter(|progress| !progress.is_callable()) {
         return Err(PyTypeError::new_err(format!("progress is {progress}, which cannot be called")));
     }
@@ -118,7 +168,7 @@ pub(crate) fn done_with<T: Send>(
                 // Once it is to end, only another Ctrl-C is heard: a listener that raises again is no new wish.
                 let ends = raised.is_some();
                 let look = |py: Python<'_>| if ends { py.check_signals() } else { heard.look(py) };
-                if let Err(error) = Python::attach(look) {
+                if let Err(error) = Python::attach(look).and_then(|()| going_on(ends)) {
                     heard.told.interrupt();
                     stop();
                     raised.get_or_insert(error);
@@ -133,6 +183,11 @@ pub(crate) fn done_with<T: Send>(
         (found, Some(error)) => Err(interrupted(py, found, error)),
         (found, None) => found.map_err(|refusal| exception(py, refusal)),
     }
+}
+
+/// An exception if the interpreter is about to end, unless the work `ends` already.
+pub(crate) fn going_on(ends: bool) -> PyResult<()> {
+    if Call::is_to_end() && !ends { Err(PyKeyboardInterrupt::new_err("the program ends")) } else { Ok(()) }
 }
 
 /// The threads of the matcher exist in the process that began them, and not in a fork of it, which
@@ -182,14 +237,11 @@ impl Heard<'_> {
     }
 
     fn hand_on(&self, py: Python<'_>) -> PyResult<()> {
-        let (what, total, notes) = {
-            let mut latest = self.told.latest();
-            (latest.what.clone(), latest.total, std::mem::take(&mut latest.notes))
+        self.told.hand_on_notes(py)?;
+        let (what, total) = {
+            let latest = self.told.latest();
+            (latest.what.clone(), latest.total)
         };
-        if !notes.is_empty() {
-            let log = py.import("epirig._log")?.getattr("note")?;
-            notes.into_iter().try_for_each(|words| log.call1((words,)).map(|_| ()))?;
-        }
         if let Some(progress) = self.progress.as_ref().filter(|_| !what.is_empty()) {
             progress.call1(py, (what, self.told.done.load(Ordering::Relaxed).min(total), total))?;
         }

@@ -14,8 +14,10 @@ import epirig
 pytest_plugins = ["epirig.testing.fixtures"]
 
 
-# A shell starts what runs in the background with Ctrl-C ignored, and Python then leaves it so.
-signal.signal(signal.SIGINT, signal.default_int_handler)
+@pytest.fixture(autouse=True)
+def ctrl_c_is_heard() -> None:
+    """A shell starts what runs in the background with Ctrl-C ignored, and other programs leave handlers of their own."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

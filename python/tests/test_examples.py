@@ -91,8 +91,9 @@ def test_devices_are_what_bluesky_takes_them_for() -> None:
     # Nobody waits for a stage that moves.
     begun = time.monotonic()
     assert stage.read()["stage"]["value"] == 1 and time.monotonic() - begun < 1
-    stage.stop()
+    stage.stop(success=False)
     failed = far.exception(None)
+    assert "move to 150.0 mm of stage: stopped" in repr(far)
     assert isinstance(failed, epirig.EpirigError) and far.done and not far.success
     told: list[bool] = []
     far.add_callback(lambda status: told.append(status.success))
@@ -120,6 +121,13 @@ def test_a_plan_connects_homes_and_lets_go(caplog: pytest.LogCaptureFixture) -> 
     engine: Any = pytest.importorskip("bluesky").RunEngine()
     documents: list[Any] = []
     engine(plans.scan([camera], stage, 10, 14, 3), lambda name, document: documents.append((name, document)))
+    with rig:
+        rig.home()
+        rig.move_to(12)
+        engine(plans.rel_scan([camera], stage, -1, 1, 3))
+        moved = stage.set(150)
+        stage.stop()
+        assert moved.exception(None) is None and stage.locate()["setpoint"] == 150
     places = [document["data"]["stage"] for name, document in documents if name == "event"]
     assert places == [10, 12, 14] and not rig.connected
     with pytest.raises(epirig.DeviceError, match="no signal"):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -64,9 +66,10 @@ def test_who_leaves_early_can_resume(tmp_path: Path) -> None:
             break
     # The generator is closed here, and the scan with it.
     begun = epirig.Sequence(tmp_path / "seq")
-    assert 2 <= len(begun) < 7 and begun.ended == "aborted"
+    # The stage rests until the loop asks for the next frame.
+    assert len(begun) == 2 and begun.ended == "aborted"
     rest = [frame.index for frame in rig.resume(begun)]
-    assert rest == list(range(len(begun), 7))
+    assert rest == list(range(2, 7))
     assert epirig.Sequence(tmp_path / "seq").verify()["findings"] == []
 
 
@@ -77,6 +80,50 @@ def test_ctrl_c_in_the_loop_leaves_a_scan_to_resume(tmp_path: Path) -> None:
             if frame.index == 2:
                 os.kill(os.getpid(), signal.SIGINT)
     assert epirig.Sequence(tmp_path / "seq").ended == "aborted"
+
+
+def test_the_scan_waits_for_the_loop_and_hears_another_thread(tmp_path: Path) -> None:
+    rig = epirig.Rig(rig="sim", set=SMALL)
+    taken = []
+    with rig:
+        for frame in rig.capture(tmp_path / "seq"):
+            taken.append(frame.index)
+            time.sleep(0.2)
+            assert len(list((tmp_path / "seq" / "frames").glob("*.png"))) <= frame.index + 1
+            if frame.index == 3:
+                thread = threading.Thread(target=rig.stop)
+                thread.start()
+                thread.join()
+                break
+        assert epirig.Sequence(tmp_path / "seq").ended == "aborted" and taken == [0, 1, 2, 3]
+    with rig:
+        with pytest.raises(epirig.EpirigError) as caught:
+            for frame in rig.resume(tmp_path / "seq"):
+                taken.append(frame.index)
+                rig.stop()
+        assert caught.value.exit_code == 7 and not isinstance(caught.value, KeyboardInterrupt)
+
+
+ENDS = """
+import sys, threading, time, tempfile
+from epirig.testing import simulated_rig
+rig = simulated_rig(stage=sys.argv[1], frames=9, columns=64, rows=48, real_time=True)
+if sys.argv[2] == "move":
+    rig.connect()
+    rig.home()
+    threading.Thread(target=rig.move_to, args=(100,), daemon=True).start()
+else:
+    scan = rig.capture(tempfile.mkdtemp() + "/seq")
+    threading.Thread(target=lambda: list(scan), daemon=True).start()
+time.sleep(0.5)
+"""
+
+
+@pytest.mark.parametrize("what", ["move", "scan"])
+@pytest.mark.parametrize("stage", ["sim", "native"])
+def test_a_program_that_ends_meanwhile_ends_well(stage: str, what: str) -> None:
+    ended = subprocess.run([sys.executable, "-c", ENDS, stage, what], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 0, ended.stderr
 
 
 def test_ctrl_c_and_other_threads_stop_a_stage_that_moves() -> None:

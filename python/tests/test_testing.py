@@ -72,13 +72,17 @@ def test_a_lost_step_is_noticed(epirig_rig: Rigs, tmp_path: Path) -> None:
     assert epirig.Sequence(tmp_path / "seq").ended == "not-closed"
 
 
-def test_a_camera_that_stalls_and_a_link_that_lies_cost_time_and_no_frame(epirig_scan: Scans) -> None:
+def test_a_camera_that_stalls_and_a_link_that_lies_cost_time_and_no_frame(
+    epirig_scan: Scans, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("INFO", "epirig")
     small = {"frames": 7, "columns": 64, "rows": 48}
     sound = epirig_scan(**small)
     for faults in (["camera-silent@3/2s", "camera-torn@4"], ["noise@3/10s", "reset@5+0.2s"]):
         stage = "native" if "noise@3/10s" in faults else "sim"
         again = epirig_scan(**small, faults=faults, stage=stage)
         assert np.array_equal(again.frames(), sound.frames())
+    assert "has restarted" in caplog.text
 
 
 def test_a_camera_that_goes_is_no_key_that_was_pressed(epirig_rig: Rigs, tmp_path: Path) -> None:

@@ -121,6 +121,9 @@ impl Scan<'_, '_> {
                 Err(error) => return Err(error),
             };
             warn!(reason = %source, "the stage has not reconnected");
+            if self.is_to_end() {
+                return Err(CaptureError::Paused);
+            }
             if source.consequence().remedy != Remedy::WaitThenHome {
                 // A motor that runs against its end again and again will not recover.
                 in_vain += 1;
@@ -132,9 +135,6 @@ impl Scan<'_, '_> {
                 self.rig.watcher.waits_for(Some(Awaited::Stage));
                 let wait_s = wait.as_secs_f64();
                 self.rig.progress.note(&format!("waiting up to {wait_s:.0} s for the stage: {source}"));
-            }
-            if self.is_to_end() {
-                return Err(CaptureError::Paused);
             }
             if std::time::Instant::now() >= until {
                 return Err(CaptureError::StageReconnectTimeout { wait_s: wait.as_secs_f64(), source });

@@ -150,6 +150,7 @@ impl<'a, 'r> Scan<'a, 'r> {
             }
             self.frame(index, archive)?;
             self.rig.progress.advance(1);
+            self.rig.watcher.rests();
         }
         Ok(())
     }

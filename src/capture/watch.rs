@@ -12,10 +12,14 @@ pub enum Awaited {
     Stage,
 }
 
-/// Is told what a scan does. All methods are called in the thread of the scan, so they must return at once.
+/// Is told what a scan does. All methods are called in the thread of the scan, so they must return at once, but for
+/// [`rests`](Self::rests).
 pub trait ScanWatcher {
     /// A frame is good, and on its way to the disk.
     fn frame(&self, _kind: FrameKind, _index: usize, _frame: &Frame, _facts: &FrameFacts) {}
+
+    /// A frame of the scan is done. The stage rests until this returns, which may take its time.
+    fn rests(&self) {}
 
     /// An attempt (counted from 1) to take a frame of the scan has failed.
     fn failed(&self, _index: usize, _attempt: usize, _reason: &str) {}

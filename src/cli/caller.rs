@@ -15,6 +15,9 @@ pub trait CalledFrom: Progress + Send + Sync {
     /// A frame of the scan is good, and on its way to the disk.
     fn frame(&self, _index: usize, _frame: &Frame, _facts: &FrameFacts) {}
 
+    /// A frame of the scan is done. The stage rests until this returns.
+    fn rests(&self) {}
+
     /// What an interruption of this verb presses; `None` if nothing interrupts it.
     fn switches(&self) -> Option<&Switches> {
         None

@@ -299,6 +299,12 @@ impl ScanWatcher for Talk {
             heard.caller.frame(index, frame, facts);
         }
     }
+
+    fn rests(&self) {
+        if let Some(heard) = &self.caller {
+            heard.caller.rests();
+        }
+    }
 }
 
 /// When the first steps were done: what is done before them, such as homing a stage, tells nothing of the others.

@@ -53,6 +53,9 @@ pub enum RigError {
     /// A scan that no simulator made.
     #[error("{} was not taken by a simulated rig, so nobody knows its truth", .0.display())]
     NotSimulated(PathBuf),
+    /// A simulated camera whose frames are not rectified.
+    #[error("the camera of {} is turned or distorts; calibrate the sequence, and its rectified frames have a truth", .0.display())]
+    NotCalibrated(PathBuf),
     /// A simulated scan that lacks frames.
     #[error("{} has {frames} of {planned} frames, and the truth is that of all; resume the scan", folder.display())]
     IncompleteScan {
@@ -85,6 +88,7 @@ impl Fault for RigError {
             | Self::NoBoard
             | Self::OtherBands { .. }
             | Self::NotSimulated(_)
+            | Self::NotCalibrated(_)
             | Self::IncompleteScan { .. }
             | Self::TooLarge { .. } => Blame::Request,
         }

@@ -3,7 +3,7 @@
 use super::{RigError, simulator};
 use crate::calibrate::Calibration;
 use epirig_data::sequence::{Origin, Sequence};
-use epirig_simulator::{Pinhole, Truth};
+use epirig_simulator::{Pinhole, SimulatorError, Truth};
 
 /// What the simulator knows of a scan.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,8 +24,8 @@ pub struct ScanTruth {
 ///
 /// # Errors
 /// [`RigError::NotSimulated`] if the scan was not simulated; [`RigError::IncompleteScan`] if frames are missing;
-/// [`RigError::Simulator`] if there is no such frame, or the
-/// camera is turned or distorts, and there is no calibration.
+/// [`RigError::NotCalibrated`] if the camera is turned or distorts, and there is no calibration;
+/// [`RigError::Simulator`] if there is no such frame.
 pub fn scan_truth(
     sequence: &Sequence,
     calibration: Option<&Calibration>,
@@ -44,7 +44,10 @@ pub fn scan_truth(
     let tau = simulator.true_tau();
     let reference = reference.unwrap_or_else(|| tau.middle_frame());
     let maps = match calibration {
-        None => simulator.truth(reference)?,
+        None => simulator.truth(reference).map_err(|error| match error {
+            SimulatorError::NotRectified => RigError::NotCalibrated(sequence.folder().to_owned()),
+            error => error.into(),
+        })?,
         Some(calibration) => {
             let camera = &calibration.mapping.camera;
             let pinhole = Pinhole {

@@ -51,13 +51,16 @@ def simulated_rig(
 ) -> Rig:
     """A rig of which nothing is real: a stage, a camera, and a tile with hollows of 0.2 mm at 900 mm.
 
+    Frames are small, so that tests are quick: to measure the hollows, take ``columns=768, rows=768, step_mm=7.5``.
+    A rig that is connected again is a new one, and its faults happen again.
+
     Parameters
     ----------
     faults
         What goes wrong, and at which frame, counted from 0: ``["lost-steps@40/0.1mm", "camera-torn@12"]``. The
         book lists them ("The stage"). Each happens once, when the stage is first sent to that frame.
     stage
-        The stage: ``"sim"`` is one in memory. The others are driven by the driver of a real stage, over a line to
+        The stage, with a travel of 200 mm (grbl: 59 mm, zaber: 150 mm): ``"sim"`` is one in memory. The others are driven by the driver of a real stage, over a line to
         its simulated device; only these can have faults of the line, such as ``"reset@40+0.2s"``.
     frames
         Number of frames of a scan.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from tempfile import mkdtemp
 
 import pytest
 
@@ -30,7 +31,7 @@ def epirig_scan(epirig_rig: Callable[..., Rig], tmp_path: Path) -> Callable[...,
     """Takes a scan with a simulated rig, with the arguments of ``epirig.testing.simulated_rig``."""
 
     def scan(**options: object) -> Sequence:
-        folder = tmp_path / f"scan-{sum(1 for _ in tmp_path.glob('scan-*'))}"
+        folder = Path(mkdtemp(dir=tmp_path)) / "scan"
         for _ in epirig_rig(**options).capture(folder):
             pass
         return Sequence(folder)
