@@ -119,8 +119,7 @@ time.sleep(0.5)
 """
 
 
-@pytest.mark.parametrize("what", ["move", "scan"])
-@pytest.mark.parametrize("stage", ["sim", "native"])
+@pytest.mark.parametrize(("stage", "what"), [("native", "move"), ("sim", "scan")])
 def test_a_program_that_ends_meanwhile_ends_well(stage: str, what: str) -> None:
     ended = subprocess.run([sys.executable, "-c", ENDS, stage, what], capture_output=True, text=True, timeout=60, check=False)
     assert ended.returncode == 0, ended.stderr
