@@ -17,6 +17,8 @@ ROOT = Path(__file__).parent.parent.parent
 def test_the_figures_of_the_page_are_those_of_its_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for module in ("numba", "cv2", "pyvale"):
         pytest.importorskip(module)
+    # pyvale writes a log where it is.
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [str(ROOT / "benches" / "peers"), *sys.path])
     scenes: Any = importlib.import_module("scene")
     scene = scenes.render(scenes.SMALL)

@@ -254,7 +254,7 @@ impl StageFault {
                 && form.extent.is_some() == extent.is_some()
         })?;
         let seconds =
-            |text| amount(text, SECONDS).and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+            |text: &str| Duration::try_from_secs_f64(text.strip_suffix(SECONDS)?.parse().ok()?).ok();
         Some(Self {
             kind: form.kind,
             in_move: number.parse().ok()?,
@@ -394,7 +394,7 @@ mod tests {
 
     #[test]
     fn all_faults_are_written_as_they_are_read() {
-        let text = "switch-never-closes,no-motion@3,mute@3/2s,reset@3+0.2s,settings@3+0.2s,hang-up@3+0.2s/1s,limit@3+0.2s,\
+        let text = "switch-never-closes,reset@1+0s,no-motion@3,mute@3/2s,reset@3+0.2s,settings@3+0.2s,hang-up@3+0.2s/1s,limit@3+0.2s,\
                     lost-steps@3/0.1mm,noise@3/10s";
         assert_eq!(text.parse::<FaultScript>().unwrap().to_string(), text);
     }
