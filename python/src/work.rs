@@ -50,6 +50,10 @@ impl Drop for Call {
 pub(crate) fn end_all_calls(py: Python<'_>) {
     /// A stage has come to rest, and a match has ended by then.
     const PATIENCE: Duration = Duration::from_secs(20);
+    if refuse_forked().is_err() {
+        // The calls are those of the process that it was forked from.
+        return;
+    }
     ENDING.store(true, Ordering::SeqCst);
     let until = Instant::now() + PATIENCE;
     while CALLS.load(Ordering::SeqCst) > 0 && Instant::now() < until {

@@ -114,7 +114,7 @@ fn messages_name_the_line_and_what_to_write() {
         ),
         (
             "[sim]\nnoise = \"1 DN\"",
-            r#"line 2: sim.noise has no effect without driver = "sim" of the stage or device = "sim" of the camera; remove it"#,
+            r#"line 2: sim.noise has no effect without driver = "sim" or port = "sim" of the stage, or device = "sim" of the camera; remove it"#,
         ),
         (
             "[optics]\nfocal_length = \"25 m\"\nsensor_width = \"9 mm\"",
