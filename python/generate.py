@@ -31,6 +31,7 @@ FUNCTIONS = {
     "compare": ("compare", "dict[str, Any]", "record"),
     "doctor": ("doctor", "dict[str, Any]", "record"),
     "plan": ("plan", "dict[str, Any]", "record"),
+    "list": ("list_sequences", "dict[str, Any]", "record"),
 }
 # Verbs as methods of a sequence.
 METHODS = {
@@ -42,6 +43,9 @@ METHODS = {
     "evaluate": ("dict[str, Any]", "record"),
     "export": ("dict[str, Any]", "record"),
 }
+
+# Options that only change what is printed or how the program ends.
+LEFT_OUT = ("dry_run", "csv", "no_verdict")
 
 HEAD = '''"""The verbs of the command line, and the match of frames in memory. Written by generate.py."""
 
@@ -223,7 +227,7 @@ def words_of(options: list[Json], indent: int, own: str | None = None) -> str:
 
 
 def function(verb: Json, name: str, gives: str, made: str, method: bool) -> str:
-    options = [option for option in verb["options"] if not option["hidden"] and option["name"] != "dry_run"]
+    options = [option for option in verb["options"] if not option["hidden"] and option["name"] not in LEFT_OUT]
     if "(out)" in made:
         # A sequence is told where it is.
         options = [{**option, "required": option["required"] or option["name"] == "out"} for option in options]

@@ -20,6 +20,7 @@
 //! - [`profile`]: the description of a rig and a scan; [`rig`]: opens the devices of a profile.
 //! - [`doctor`]: checks before a scan; [`capture`]: the scan.
 //! - [`calibrate`] and [`pipeline`]: the steps in order; [`results`] and [`report`]: files and pictures.
+//! - [`series`]: many sequences, and what was measured of each.
 //! - [`panel`]: results in a browser; [`memory`]: the available memory; [`cli`]: the command line, on top.
 //!
 //! ```
@@ -46,3 +47,4 @@ pub mod profile;
 pub mod report;
 pub mod results;
 pub mod rig;
+pub mod series;

@@ -14,7 +14,7 @@ from ._maps import VALIDITY, Maps
 from ._results import Results, Surface
 from ._rig import CapturedFrame, Rig
 from ._sequence import Sequence
-from ._verbs import capture, compare, demo, doctor, import_images, match_array, measure, plan, resume
+from ._verbs import capture, compare, demo, doctor, import_images, list_sequences, match_array, measure, plan, resume
 
 __version__ = _version("epirig")
 # Threads that work still would be ended in the middle of it.
@@ -38,6 +38,7 @@ __all__ = [
     "demo",
     "doctor",
     "import_images",
+    "list_sequences",
     "match_array",
     "measure",
     "plan",

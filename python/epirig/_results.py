@@ -102,6 +102,18 @@ class Results(_Folder):
         return np.asarray(self.validity == ANSWERED)
 
     @property
+    def verdict(self) -> str | None:
+        """``pass``, ``fail`` or ``undecided``; None without a tolerance."""
+        verdict = self.record["conclusion"]["verdict"]
+        return None if verdict is None else str(verdict)
+
+    @property
+    def judgements(self) -> list[dict[str, Any]]:
+        """Each value with its limits: characteristic, part, limits, value, conformance_probability, verdict."""
+        conformity = self.record["conformity"]
+        return [] if conformity is None else list(conformity["judgements"])
+
+    @property
     def height_mm(self) -> NDArray[np.float32]:
         """Height in mm, where focal length and positions are known."""
         return self.map("height")
@@ -141,12 +153,15 @@ class Surface(_Folder):
 
     @property
     def interval_mm(self) -> tuple[float, float] | None:
-        """The interval that holds the depth with a probability of 95 %, in mm; None without a depth."""
+        """The interval that holds the depth with a probability of 95 %, in mm; None if it is not known."""
         levels, depth = self.record["levels"], self.depth_mm
         if levels is None or depth is None:
             return None
-        half = levels["budget"]["combined"]["half_width_95_mm"]
-        return None if half is None else (depth - half, depth + half)
+        combined = levels["budget"]["combined"]
+        if combined is None:
+            return None
+        half = float(combined["half_width_95_mm"])
+        return depth - half, depth + half
 
     @property
     def budget(self) -> list[dict[str, Any]]:

@@ -36,6 +36,14 @@ def test_a_scan_becomes_a_surface(tmp_path: Path) -> None:
     record = {**again.results().record}
     del record["files"]
     assert record == results.record and again.measured_surface().depth_mm == surface.depth_mm
+    assert surface.verdict is None and surface.judgements == []
+    # A verdict is a result, and no exception.
+    judged = sequence.surface(tolerance="0.5..0.6 mm, sa ..1 mm", overwrite=True)
+    assert judged.verdict == "fail" and [one["verdict"] for one in judged.judgements] == ["fail", "pass"]
+    with pytest.raises(epirig.OptionError, match="0.2 \\+- 0.01 mm"):
+        sequence.surface(tolerance="0.5", overwrite=True)
+    (listed,) = epirig.list_sequences(folder=tmp_path)["sequences"]
+    assert (listed["name"], listed["verdict"], listed["depth_mm"]) == ("seq", "fail", judged.depth_mm)
 
 
 def test_maps_that_are_not_there_are_named(sequence: epirig.Sequence, tmp_path: Path) -> None:

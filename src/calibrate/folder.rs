@@ -18,6 +18,12 @@ use epirig_data::storage::{
 pub const CALIBRATION: &str = "calibration.json";
 /// Folder of maps and pictures.
 const FOLDER: &str = "calibration";
+
+/// Whether the folder of a sequence has a calibration, of which nothing is read.
+pub fn has_calibration(sequence: &Path) -> bool {
+    is_there(&sequence.join(CALIBRATION)).unwrap_or(false)
+}
+
 /// Names of the maps.
 const DARK_MAP: &str = "dark";
 const FLAT_MAP: &str = "flat-field";

@@ -28,8 +28,8 @@ pub use apply::{load_calibrated, rectifier};
 pub use error::CalibrateError;
 pub use find::{Calibrated, calibrate};
 pub use folder::{
-    CALIBRATION, CalibrationFolder, calibration_pictures, read_calibration, read_calibration_file,
-    read_calibration_picture,
+    CALIBRATION, CalibrationFolder, calibration_pictures, has_calibration, read_calibration,
+    read_calibration_file, read_calibration_picture,
 };
 pub use frames::frames_in_order;
 pub use inputs::InputHashes;

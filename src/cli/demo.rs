@@ -117,7 +117,7 @@ impl Demo {
             Scene::Tile { hollow_depth_mm, .. } => Some(hollow_depth_mm),
             _ => None,
         };
-        let surface = measure_surface(&out, &out.join("results"), talk);
+        let surface = measure_surface(&out, &out.join("results"), None, talk);
         let surface = surface.as_ref();
         let output = DemoOutput {
             folder: out.display().to_string(),

@@ -31,6 +31,11 @@ impl CliError {
         Self { message: message.to_string().replace('\n', "\u{fffd}"), blame, report: None }
     }
 
+    /// Whether this is no failure: the result is printed, and the exit code tells its verdict.
+    pub(super) fn is_verdict(&self) -> bool {
+        matches!(self.blame, Blame::NotConforming | Blame::Undecided)
+    }
+
     /// Wrong use.
     pub(super) fn usage(message: impl ToString) -> Self {
         Self::new(Blame::Request, message)

@@ -18,7 +18,7 @@ pub(super) const INTERRUPTED: u8 = 130;
 /// If the rig is not ready, `report` holds the findings of its examination, as `epirig doctor --json` prints them.
 ///
 /// `message` is the line of stderr without `error: `. `kind` stands for the exit code: `trouble` (1), `usage` (2), `no-device` (3),
-/// `device` (4), `data` (5), `rejected` (6), `resumable` (7), `no-answer` (8), `interrupted` (130).
+/// `device` (4), `data` (5), `rejected` (6), `resumable` (7), `no-answer` (8), `interrupted` (130). A verdict that is fail (9) or undecided (10) is no failure: it stands in the result.
 ///
 /// stdout holds one object at most: a verb that has printed its result (such as the findings of `verify`)
 /// prints no second one. Options that cannot be parsed are reported on stderr only.
@@ -55,6 +55,8 @@ pub(super) const fn code(blame: Blame) -> (u8, &'static str) {
         Blame::Rejection => (6, "rejected"),
         Blame::Resumable => (7, "resumable"),
         Blame::NoAnswer => (8, "no-answer"),
+        Blame::NotConforming => (9, "fail"),
+        Blame::Undecided => (10, "undecided"),
         Blame::Interruption => (INTERRUPTED, "interrupted"),
     }
 }

@@ -14,6 +14,7 @@ use super::need::{check, check_match, close_others, frames_of};
 use super::no_answer::cause;
 use super::scan_end::AnywayArgument;
 use super::surface::{brief as brief_surface, measure_surface};
+use super::verdict::{VerdictArguments, answer};
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, CalibrateError, Calibration, CalibrationPlan, PositionSource};
 use crate::number::{ascii, sigma};
@@ -66,6 +67,8 @@ pub(super) struct Measure {
     #[command(flatten, next_help_heading = "Import")]
     importing: ImportArguments,
     #[command(flatten)]
+    verdict: VerdictArguments,
+    #[command(flatten)]
     matching: MatchArguments,
 }
 
@@ -82,13 +85,14 @@ struct MeasureOutput<'a> {
 
 impl Measure {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        self.verdict.check()?;
         let options = self.matching.options();
         match (&self.out, &self.photos[..]) {
             (None, [folder]) if is_sequence(folder) => {
                 let sequence = self.anyway.open(folder, talk)?;
                 let frames = Frames { sample_bytes: 2, ..frames_of(&sequence, None) };
                 check_asked(frames, &options, talk)?;
-                measure_sequence(&sequence, None, (&options, self.overwrite), talk)
+                measure_sequence(&sequence, None, (&options, self.overwrite), &self.verdict, talk)
             }
             (None, _) => Err(CliError::usage(
                 "photographs are imported into a folder that is made anew; name it with --out DIR",
@@ -116,7 +120,7 @@ impl Measure {
             check_asked(frames, options, talk)?;
         }
         let (imported, _) = prepared.import(Afterwards::Measured, talk)?;
-        measure_sequence(&Sequence::open(out)?, Some(&imported), (options, false), talk)
+        measure_sequence(&Sequence::open(out)?, Some(&imported), (options, false), &self.verdict, talk)
     }
 }
 
@@ -136,6 +140,7 @@ fn measure_sequence(
     sequence: &Sequence,
     imported: Option<&Imported>,
     (options, overwrite): (&MatchOptions, bool),
+    verdict: &VerdictArguments,
     talk: &Talk,
 ) -> Result<(), CliError> {
     let folder = sequence.folder();
@@ -164,20 +169,20 @@ fn measure_sequence(
     advise(&measurement, sequence, used, talk);
     let summary = &measurement.summary;
     let has_answers = summary.median_disparity_px.is_some();
-    let surface = if has_answers { measure_surface(folder, &out, talk) } else { None };
+    let surface = if has_answers { measure_surface(folder, &out, Some(verdict), talk) } else { None };
     let found = surface.as_ref();
     let sentence = &format!("{}; {}", motion_sentence(&calibration.0), answers(summary));
     let output = MeasureOutput { imported, sentence, summary, surface: found.map(|(surface, _)| surface) };
     talk.result(&output, || {
         let images = imported.map_or_else(String::new, |imported| describe(folder, imported));
-        let (place, depth) = found.map_or_else(Default::default, |(surface, _)| {
-            (brief_surface(surface), format!("{}\n", surface.conclusion.sentence))
-        });
+        let (place, depth) =
+            found.map_or_else(Default::default, |(surface, _)| (brief_surface(surface), answer(surface)));
         let picture = found.map_or_else(|| out.join(names::DISPARITY), |(_, report)| report.clone());
         let look = if has_answers { format!("look at {}\n", quoted(&picture)) } else { String::new() };
         format!("{images}{}{place}\n{depth}{sentence}\n\n{look}", brief(&measurement))
     })?;
-    refuse_no_answer(&measurement, sequence, used, &out)
+    refuse_no_answer(&measurement, sequence, used, &out)?;
+    verdict.end(output.surface, sequence, talk)
 }
 
 /// The plan of the recorded profile, if there is one. Positions are those of the texture, unless there is a target.

@@ -27,6 +27,7 @@ mod interrupt;
 mod licences;
 mod linearity;
 mod lines;
+mod list;
 mod log;
 mod manual;
 mod match_arguments;
@@ -53,6 +54,7 @@ mod surface;
 mod target;
 mod threads;
 mod ui;
+mod verdict;
 mod verify;
 mod view;
 
@@ -74,7 +76,7 @@ use threads::start_threads;
 const EXIT_CODES: &str =
     "Exit codes: 0 done, 1 file, disk or memory trouble, 2 wrong use, 3 no device, 4 device fault, \
 5 bad or damaged data, 6 calibration rejected, 7 interrupted and can be resumed, 8 match without any answer, \
-130 interrupted.
+9 verdict fail, 10 verdict undecided, 130 interrupted.
 
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed
@@ -152,6 +154,7 @@ verbs! {
     Surface = surface::Surface,
     Evaluate = evaluate::Evaluate,
     Compare = compare::Compare,
+    List = list::List,
     View = view::View,
     Ui = ui::Ui,
     Export = export::Export,
@@ -178,6 +181,7 @@ impl Verb {
         let seconds = begun.elapsed().as_secs_f64();
         match &done {
             Ok(()) => info!(seconds, "done"),
+            Err(verdict) if verdict.is_verdict() => info!(seconds, exit_code = code(verdict.blame).0, "done"),
             Err(failure) => {
                 let (exit_code, kind) = code(failure.blame);
                 error!(seconds, exit_code, kind, reason = failure.message, "failed");

@@ -49,8 +49,11 @@ pub(super) fn tell(line: &str) {
     }
 }
 
-/// Prints a failure to stderr; and as the JSON object on stdout, if JSON is wanted and none was printed yet.
+/// Prints a failure to stderr, unless it is a verdict, which the result tells; and as the JSON object on stdout, if JSON is wanted and none was printed yet.
 pub(super) fn tell_failure(error: &CliError) {
+    if error.is_verdict() {
+        return;
+    }
     tell(&format!("error: {}", error.message));
     if JSON.load(Ordering::SeqCst)
         && !ANSWERED.swap(true, Ordering::SeqCst)
@@ -144,6 +147,11 @@ impl Talk {
         self.caller.is_some()
     }
 
+    /// Whether the result is to be JSON.
+    pub(super) fn wants_json(&self) -> bool {
+        self.caller.is_none() && JSON.load(Ordering::SeqCst)
+    }
+
     /// What an interruption presses; `None` if nothing interrupts the verb.
     pub(super) fn switches(&self) -> Option<&Switches> {
         match &self.caller {
@@ -177,7 +185,7 @@ impl Talk {
             heard.result.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(data);
             return Ok(());
         }
-        if !JSON.load(Ordering::SeqCst) {
+        if !self.wants_json() {
             return self.print(&fitted(&text(), &std::io::stdout()));
         }
         let line = serde_json::to_string(data).map_err(CliError::output)?;

@@ -9,6 +9,7 @@ use super::need::{check_match, frames_of};
 use super::rig::{given, given_by_set};
 use super::run::{Existing, measure_captured};
 use super::scan::{Course, Devices, check_room, scan};
+use super::verdict::VerdictArguments;
 use super::verify::refuse_another_rig;
 use super::{CliError, Talk};
 use crate::profile::{Override, Profile};
@@ -18,6 +19,7 @@ use epirig_data::sequence::{FrameKind, Origin, Sequence, refuse_busy};
 /// Continue an interrupted scan
 #[derive(Debug, Args)]
 #[command(mut_group("MatchArguments", |options| options.requires("measure")))]
+#[command(mut_group("VerdictArguments", |options| options.requires("measure")))]
 #[command(after_help = "Examples:
   epirig resume seq
   epirig resume seq --measure                  measures then, as `epirig run` does
@@ -44,11 +46,14 @@ pub(super) struct Resume {
     #[arg(long)]
     measure: bool,
     #[command(flatten)]
+    verdict: VerdictArguments,
+    #[command(flatten)]
     matching: MatchArguments,
 }
 
 impl Resume {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        self.verdict.check()?;
         let profile = self.recorded()?;
         let port = given("stage.port", "--port", self.port.as_ref());
         let camera = given("camera.device", "--camera", self.camera.as_ref());
@@ -93,6 +98,7 @@ impl Resume {
                 &self.sequence,
                 &profile,
                 (&options, Existing::Replaced),
+                &self.verdict,
                 talk,
             );
         }

@@ -13,6 +13,7 @@ use super::need::check_match;
 use super::rig::RigArguments;
 use super::scan::{Captured, Course, Devices, scan};
 use super::surface::{brief as brief_surface, measure_surface};
+use super::verdict::{VerdictArguments, answer};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
 use crate::doctor::{Report, Verdict};
@@ -47,6 +48,8 @@ pub(super) struct Run {
     #[command(flatten)]
     rig: RigArguments,
     #[command(flatten)]
+    verdict: VerdictArguments,
+    #[command(flatten)]
     matching: MatchArguments,
 }
 
@@ -60,7 +63,7 @@ struct RunOutput<'a> {
 
 impl Run {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let profile = self.rig.profile()?;
+        let profile = self.rig.profile_with(self.verdict.changes())?;
         let mut devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
         // The folder is checked before anything moves.
         refuse_existing(&self.out)?;
@@ -84,7 +87,7 @@ impl Run {
         check_match(held, &options, talk)?;
         let captured = scan(devices, &self.out, Course::New, talk)
             .inspect_err(|error| tell_how_to_go_on(error, &self.out, &self.matching, talk))?;
-        measure_captured(&captured, &self.out, &profile, (&options, Existing::Refused), talk)
+        measure_captured(&captured, &self.out, &profile, (&options, Existing::Refused), &self.verdict, talk)
     }
 }
 
@@ -110,6 +113,7 @@ pub(super) fn measure_captured(
     folder: &Path,
     profile: &Profile,
     (options, existing): (&MatchOptions, Existing),
+    verdict: &VerdictArguments,
     talk: &Talk,
 ) -> Result<(), CliError> {
     let (measurement, results) = measure_frames(profile, (options, existing), folder, None, talk)?;
@@ -118,17 +122,18 @@ pub(super) fn measure_captured(
     let calibration = read_calibration(&sequence)?;
     advise(&measurement, &sequence, calibration.as_ref(), talk);
     let results = folder.join("results");
-    let surface = measure_surface(folder, &results, talk);
+    let surface = measure_surface(folder, &results, Some(verdict), talk);
     let found = surface.as_ref();
     let summary = &measurement.summary;
     let output = RunOutput { captured, summary, surface: found.map(|(surface, _)| surface) };
     talk.result(&output, || {
         let picture = found.map_or_else(|| results.join(names::DISPARITY), |(_, report)| report.clone());
-        let (place, answer) = found.map_or_else(Default::default, |(surface, _)| {
-            (brief_surface(surface), format!("\n{}\n\n", surface.conclusion.sentence))
+        let (place, says) = found.map_or_else(Default::default, |(surface, _)| {
+            (brief_surface(surface), format!("\n{}\n", answer(surface)))
         });
-        format!("{}{}{place}{answer}look at {}\n", captured.describe(), brief(&measurement), quoted(&picture))
-    })
+        format!("{}{}{place}{says}look at {}\n", captured.describe(), brief(&measurement), quoted(&picture))
+    })?;
+    verdict.end(output.surface, &sequence, talk)
 }
 
 /// Checks the rig with few moves, and prints every warning and fault.

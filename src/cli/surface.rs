@@ -9,6 +9,7 @@ use super::need::{check, close_others};
 use super::numbers::mm;
 use super::region::{RegionArguments, four};
 use super::scan_end::AnywayArgument;
+use super::verdict::{VerdictArguments, answer};
 use super::{CliError, Talk};
 use crate::number::{ascii, fixed, plain, share, sigma, with_interval};
 use crate::pipeline::{
@@ -38,6 +39,7 @@ use epirig_surface::{
   epirig surface seq --region 240,330,715,665
   epirig surface seq --mask object.png            white where the object is
   epirig surface seq --trend plane --overwrite
+  epirig surface seq --tolerance \"0.2 +- 0.01 mm, sa ..5 um\"      ends with the verdict
   epirig surface seq --s-filter-mm 1 --l-filter-mm 8 --overwrite
 
 All values belong to the largest connected region (of --region or --mask, if given), without
@@ -82,11 +84,14 @@ pub(super) struct Surface {
     #[arg(long, value_name = "MM", value_parser = mm)]
     l_filter_mm: Option<f64>,
     #[command(flatten)]
+    verdict: VerdictArguments,
+    #[command(flatten)]
     anyway: AnywayArgument,
 }
 
 impl Surface {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        self.verdict.check()?;
         let sequence = self.anyway.open(&self.seq, talk)?;
         let results = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
         let out = self.out.clone().unwrap_or_else(|| results.join("surface"));
@@ -94,7 +99,8 @@ impl Surface {
         let summary = measured(&sequence, &results, (&out, self.overwrite), ask, talk)?;
         talk.result(&summary, || {
             format!("{}look at {}\n", describe(&summary), quoted(&out.join(names::REPORT)))
-        })
+        })?;
+        self.verdict.end(Some(&summary), &sequence, talk)
     }
 
     fn questions(
@@ -114,6 +120,7 @@ impl Surface {
             line: self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1))),
             profile_width_px: self.profile_width as usize,
             filters,
+            specification: self.verdict.over(&opened.specification)?,
         })
     }
 }
@@ -190,11 +197,14 @@ fn halves(
 pub(super) fn measure_surface(
     folder: &Path,
     results: &Path,
+    verdict: Option<&VerdictArguments>,
     talk: &Talk,
 ) -> Option<(SurfaceSummary, PathBuf)> {
     let out = results.join("surface");
     let usual = |opened: &OpenedResults, _: &Heights| {
-        Ok(SurfaceQuestions::usual(steps_options(&opened.matched.settings, TrendKind::Quadric)))
+        let usual = SurfaceQuestions::usual(opened);
+        let asked = verdict.map(|verdict| verdict.over(&usual.specification)).transpose()?;
+        Ok(SurfaceQuestions { specification: asked.unwrap_or(usual.specification), ..usual })
     };
     let sequence = Sequence::open(folder).map_err(CliError::from);
     let summary = sequence
@@ -268,10 +278,10 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let cutoff = |cutoff_mm: Option<f64>| cutoff_mm.map_or("none".to_owned(), |mm| format!("{mm} mm"));
     let Filters { s_filter_mm, l_filter_mm } = summary.filters;
     text + &format!(
-        "cut-offs           S-filter {}, L-filter {}\n{}\n",
+        "cut-offs           S-filter {}, L-filter {}\n{}",
         cutoff(s_filter_mm),
         cutoff(l_filter_mm),
-        summary.conclusion.sentence
+        answer(summary)
     )
 }
 

@@ -11,6 +11,7 @@ use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
 use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions};
+use epirig_surface::conformity::{Specification, SurfaceValues};
 use epirig_surface::{
     Extent, Filters, Geometry, HalfHeights, Heights, Profile, ProfileLine, Steps, StepsOptions, SurfaceError,
     TrendKind, find_extent, find_outliers, find_steps, fit_trend, profile,
@@ -31,11 +32,14 @@ pub struct SurfaceQuestions {
     pub profile_width_px: usize,
     /// Filters of the roughness.
     pub filters: Filters,
+    /// Limits that the surface is compared with, and the rule.
+    pub specification: Specification,
 }
 
 impl SurfaceQuestions {
-    /// The questions of `epirig surface` without options.
-    pub fn usual(steps: StepsOptions) -> Self {
+    /// The questions of `epirig surface` without options, of results.
+    pub fn usual(opened: &OpenedResults) -> Self {
+        let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
         let filters = Filters::default();
         Self {
             steps,
@@ -44,6 +48,7 @@ impl SurfaceQuestions {
             line: None,
             profile_width_px: 1,
             filters,
+            specification: opened.specification.clone(),
         }
     }
 }
@@ -123,6 +128,16 @@ pub fn analyse_surface(
         Err(reason) => (None, Some(reason.to_string())),
     };
     let Geometry { principal_point_x_px, principal_point_y_px, scale, .. } = heights.geometry;
+    let roughness = filters
+        .roughness_behind(filtered_mm.as_ref().unwrap_or(&rest_mm), &heights.sigma_mm)
+        .ok_or(SurfaceError::TooFewPixels { pixels: 0, what: "the roughness" })?;
+    let of_levels = levels.as_ref().and_then(|levels| levels.roughness.as_ref());
+    let conformity = questions.specification.judge(&SurfaceValues {
+        levels: levels.as_ref().map(|levels| (&levels.depth, &levels.budget, &levels.parts[..])),
+        trend: &trend,
+        roughness: of_levels.or(Some(&roughness)),
+        scale_sigma: scale.together(),
+    });
     let step = match &levels {
         Some(levels) => Ok((levels.raised, levels.depth.depth_mm, levels.budget.combined)),
         None => Err(no_levels.as_deref().unwrap_or_default()),
@@ -132,7 +147,8 @@ pub fn analyse_surface(
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: matched.sequence_uid.clone(),
         matched_blake3: opened.files.record_hash().to_owned(),
-        conclusion: Conclusion::of(step, scale, opened.planned_mm),
+        conclusion: Conclusion::of(step, scale, opened.planned_mm).with_verdict(conformity.as_ref()),
+        conformity,
         scan_ended: matched.scan_ended.clone(),
         distance_mm: heights.distance_mm,
         pixel_mm,
@@ -154,9 +170,7 @@ pub fn analyse_surface(
         levels,
         no_levels,
         filters,
-        roughness: filters
-            .roughness_behind(filtered_mm.as_ref().unwrap_or(&rest_mm), &heights.sigma_mm)
-            .ok_or(SurfaceError::TooFewPixels { pixels: 0, what: "the roughness" })?,
+        roughness,
         trend,
     };
     let (from_px, to_px) = questions.line.unwrap_or_else(|| middle_row(&extent.used));

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use super::{PipelineError, geometry};
 use crate::calibrate::{Calibration, InputHashes, frames_in_order, read_calibration};
-use crate::profile::Profile;
+use crate::profile::{Profile, TargetProfile};
 use crate::results::{MatchSummary, ResultFiles, ResultMap, ResultsError, ResultsKind, ResultsMismatch};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{FrameRecord, Sequence};
+use epirig_surface::conformity::Specification;
 use epirig_surface::{Heights, heights};
 
 /// Results of `epirig match`, with what they were made with.
@@ -30,6 +31,8 @@ pub struct OpenedResults {
     pub has_geometry: bool,
     /// Depth that the rig's profile plans (`target.relief`), in mm, if one is recorded with the sequence.
     pub planned_mm: Option<f64>,
+    /// What that profile asks of the surface (`target.tolerance`); without limits if none is recorded.
+    pub specification: Specification,
 }
 
 impl OpenedResults {
@@ -154,7 +157,8 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
     }
     let has_geometry = geometry.is_some();
     // The rig in records of another version may be unreadable; then nothing is compared.
-    let planned_mm = Profile::of_sequence(sequence).ok().flatten().and_then(|rig| rig.target.relief_mm);
+    let rig = Profile::of_sequence(sequence).ok().flatten();
+    let asked = rig.map_or_else(TargetProfile::default, |rig| rig.target.clone());
     Ok(OpenedResults {
         files,
         matched,
@@ -163,6 +167,7 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
         sigma,
         heights: found,
         has_geometry,
-        planned_mm,
+        planned_mm: asked.relief_mm,
+        specification: asked.specification(),
     })
 }

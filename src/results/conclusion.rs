@@ -5,8 +5,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::read::{parsed, record_bytes};
+use super::verdict::verdict_sentence;
 use super::{ResultsError, ResultsKind};
 use crate::number::{ascii, percent, plain, sigma, with_interval};
+use epirig_surface::conformity::{Conformity, Verdict};
 use epirig_surface::{Combined, ScaleSigma};
 
 /// What was measured, how well that is known, and whether it is as planned.
@@ -21,6 +23,11 @@ pub struct Conclusion {
     pub planned_mm: Option<f64>,
     /// Whether the 95 % interval of the depth holds it; `None` if nothing is planned or measured.
     pub as_planned: Option<bool>,
+    /// The verdict about all limits; `None` without limits.
+    #[cfg_attr(test, ts(as = "Option<crate::panel::page_type_tests::Names<Verdict>>"))]
+    pub verdict: Option<Verdict>,
+    /// The same in words, with each value and its limits, in ASCII.
+    pub verdict_sentence: Option<String>,
 }
 
 impl Conclusion {
@@ -31,7 +38,15 @@ impl Conclusion {
         scale: ScaleSigma,
         planned_mm: Option<f64>,
     ) -> Self {
-        let without_depth = |sentence| Self { sentence, depth: None, planned_mm, as_planned: None };
+        let of = |sentence, depth, as_planned| Self {
+            sentence,
+            depth,
+            planned_mm,
+            as_planned,
+            verdict: None,
+            verdict_sentence: None,
+        };
+        let without_depth = |sentence| of(sentence, None, None);
         let (raised, depth_mm, combined) = match step {
             Ok(step) => step,
             Err(reason) => {
@@ -62,7 +77,14 @@ impl Conclusion {
                 ),
             };
         }
-        Self { sentence, depth: Some(value), planned_mm, as_planned }
+        of(sentence, Some(value), as_planned)
+    }
+
+    /// The same with the verdict of a conformity.
+    #[must_use]
+    pub fn with_verdict(self, conformity: Option<&Conformity>) -> Self {
+        let verdict = conformity.map(|conformity| conformity.verdict);
+        Self { verdict, verdict_sentence: conformity.map(verdict_sentence), ..self }
     }
 }
 
@@ -74,17 +96,58 @@ pub fn scale_in_words(scale: ScaleSigma) -> String {
     known.into_iter().chain(exact).collect::<Vec<_>>().join(", ")
 }
 
-/// The conclusion in `surface.json` of a folder.
+/// What a list tells of a surface, from its record alone.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct SurfaceFacts {
+    /// Uid of the sequence.
+    pub sequence_uid: String,
+    /// Hash of the `match.json` of the results whose surface it is.
+    pub matched_blake3: String,
+    /// The answer.
+    pub conclusion: Conclusion,
+    levels: Option<LevelsFacts>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct LevelsFacts {
+    depth: DepthFacts,
+    budget: BudgetFacts,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct DepthFacts {
+    depth_mm: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct BudgetFacts {
+    combined: Option<CombinedFacts>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct CombinedFacts {
+    half_width_95_mm: f64,
+}
+
+impl SurfaceFacts {
+    /// The depth, in mm; `None` without two levels.
+    pub fn depth_mm(&self) -> Option<f64> {
+        self.levels.as_ref().map(|levels| levels.depth.depth_mm)
+    }
+
+    /// Half the width of the depth's interval of 95 % coverage, in mm; `None` if that is not known.
+    pub fn half_width_95_mm(&self) -> Option<f64> {
+        Some(self.levels.as_ref()?.budget.combined.as_ref()?.half_width_95_mm)
+    }
+}
+
+/// The facts in `surface.json` of a folder.
 ///
 /// # Errors
 /// [`ResultsError`] if the record is missing, has another version or is invalid.
-pub fn read_conclusion(folder: &Path) -> Result<Conclusion, ResultsError> {
-    #[derive(Deserialize)]
-    struct Surface {
-        conclusion: Conclusion,
-    }
+pub fn read_surface_facts(folder: &Path) -> Result<SurfaceFacts, ResultsError> {
     let kind = ResultsKind::Surface;
-    Ok(parsed::<Surface>(folder, kind, record_bytes(folder, kind)?)?.conclusion)
+    parsed(folder, kind, record_bytes(folder, kind)?)
 }
 
 #[cfg(test)]

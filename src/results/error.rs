@@ -145,6 +145,11 @@ impl Fault for ResultsError {
 }
 
 impl ResultsError {
+    /// Whether there is no such file.
+    pub fn is_missing(&self) -> bool {
+        matches!(self, Self::Read(error) if error.is_missing())
+    }
+
     /// What the operating system refused to do with `path`.
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
         let path = path.to_owned();

@@ -18,7 +18,7 @@ impl ResultsKind {
     const fn row(self) -> (&'static str, &'static str, u32, &'static [&'static str]) {
         match self {
             Self::Match => ("match", "match.json", 6, &["figures", "surface"]),
-            Self::Surface => ("surface", "surface.json", 5, &[]),
+            Self::Surface => ("surface", "surface.json", 6, &[]),
             Self::Compare => ("compare", "compare.json", 2, &[]),
         }
     }

@@ -12,21 +12,23 @@ mod place;
 mod read;
 mod region;
 mod surface;
+mod verdict;
 mod write;
 mod writer;
 
 use serde::{Deserialize, Serialize};
 
 pub use classes::{ANSWER_CLASSES, Class, USED_CLASSES, class_of, reason};
-pub use conclusion::{Conclusion, read_conclusion, scale_in_words};
+pub use conclusion::{Conclusion, SurfaceFacts, read_surface_facts, scale_in_words};
 pub use error::ResultsError;
 pub use files::{CompareFacts, ResultFiles};
 pub use kind::ResultsKind;
 pub use maps::{Look, MapRow, ResultMap};
 pub use mismatch::ResultsMismatch;
-pub use read::{read_map, results_beside};
+pub use read::{read_map, record_hash, results_beside};
 pub use region::{Mask, MaskError, MaskFacts, Region, parse_mask, read_mask};
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
+pub(crate) use verdict::{judged_name, judged_value};
 pub use write::{ResultsFolder, encoded_picture};
 
 use epirig_matcher::{

@@ -10,7 +10,7 @@ use epirig_core::choice::Choice as _;
 use epirig_core::grid::{Grid, MOST_PIXELS};
 use epirig_data::formats::MapFormat;
 use epirig_data::storage::{
-    LARGEST_RECORD, RealDisk, RecordError, is_scratch, read_file, read_named, record_in, recover,
+    LARGEST_RECORD, RealDisk, RecordError, hash, is_scratch, read_file, read_named, record_in, recover,
 };
 use epirig_matcher::{LARGEST_WINDOW_PX, Validity};
 
@@ -67,6 +67,14 @@ pub(super) fn record_bytes(folder: &Path, kind: ResultsKind) -> Result<Vec<u8>, 
     // A killed program may have left the results set aside.
     recover(&mut RealDisk, folder).map_err(ResultsError::io("bring back", folder))?;
     Ok(read_file(&folder.join(kind.summary()), LARGEST_RECORD)?)
+}
+
+/// The hash of the record of the results of this kind in `folder`, by which results made of them know them.
+///
+/// # Errors
+/// [`ResultsError`] if it is missing or cannot be read.
+pub fn record_hash(folder: &Path, kind: ResultsKind) -> Result<String, ResultsError> {
+    Ok(hash(&record_bytes(folder, kind)?))
 }
 
 /// The record that these bytes are.

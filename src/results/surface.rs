@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::{Conclusion, MaskFacts};
 use crate::number::{fixed, with_sigma};
+use epirig_surface::conformity::Conformity;
 use epirig_surface::{
     Budget, Depth, DepthAtMargin, DepthOnPlateaus, Filters, Part, Rectangle, Roughness, ScaleSigma, Trend,
 };
@@ -22,6 +23,9 @@ pub struct SurfaceSummary {
     pub matched_blake3: String,
     /// The answer in words.
     pub conclusion: Conclusion,
+    /// Whether the surface conforms to its limits; `None` without limits.
+    #[cfg_attr(test, ts(type = "unknown"))]
+    pub conformity: Option<Conformity>,
     /// How the scan had ended when it was matched, as in `match.json`.
     pub scan_ended: String,
     /// Distance that is the zero of heights, in mm.

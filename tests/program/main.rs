@@ -52,4 +52,5 @@ mod support;
 mod surface;
 #[cfg(target_os = "linux")]
 mod system_limits;
+mod verdicts;
 mod view;

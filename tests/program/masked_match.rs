@@ -14,7 +14,7 @@ const FRAMES: usize = 31;
 fn imported(folder: &Path) {
     let mut config = SimulatorConfig::tile(SIDE_PX as usize, FRAMES);
     config.sensor.read_noise_dn = 1.0;
-    import_scan(folder, &Simulator::new(config).unwrap());
+    import_scan(folder, &Simulator::new(config).unwrap(), &[]);
 }
 
 /// A picture as large as the frames that is white where `inside` says.

@@ -72,7 +72,7 @@ fn two_digits(size: f64) -> String {
 fn the_interval_holds_the_uncertainty_of_the_focal_length() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    import_scan(folder, &tile());
+    import_scan(folder, &tile(), &[]);
     succeeds(folder, &["match", "seq"]);
     let record: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.join("seq/sequence.json")).unwrap()).unwrap();

@@ -13,7 +13,7 @@ const BOW_MM: f64 = 0.8;
 
 /// A tile of 93 x 93 px (1.62 mm each) with hollows of 17 px in its middle and at both sides, and sensor noise. They are 56 % of it: from 60 % on they are the ground that the
 /// rest stands on.
-fn tile() -> Simulator {
+pub(crate) fn tile() -> Simulator {
     let mut config = SimulatorConfig::tile(SIDE_PX, FRAMES);
     config.scene = Scene::Tile {
         distance_mm: 900.0,
@@ -31,7 +31,7 @@ fn tile() -> Simulator {
 
 /// Writes the tile's images, imports and matches them as `seq`.
 fn matched(folder: &Path) {
-    import_scan(folder, &tile());
+    import_scan(folder, &tile(), &[]);
     succeeds(folder, &["match", "seq"]);
 }
 

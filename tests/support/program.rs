@@ -54,15 +54,15 @@ pub fn images(folder: &Path, frames: usize) {
     }
 }
 
-/// Writes the images of a simulator's scan, whose steps are 5 mm, and imports them as `seq`.
-pub fn import_scan(folder: &Path, simulator: &Simulator) {
+/// Writes the images of a simulator's scan, whose steps are 5 mm, and imports them as `seq`, with `more` options.
+pub fn import_scan(folder: &Path, simulator: &Simulator, more: &[&str]) {
     std::fs::create_dir(folder.join("photos")).unwrap();
     for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {
         write_png(&folder.join(format!("photos/{index:03}.png")), &simulator.expose(position, index as u32));
     }
     let focal_length = simulator.config().optics.focal_length_px.to_string();
     let scale = ["--step-mm", "5", "--focal-length-px", &focal_length];
-    succeeds(folder, &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
+    succeeds(folder, &[&["import", "photos", "--out", "seq"], &scale[..], more].concat());
 }
 
 /// Writes a frame as PNG.

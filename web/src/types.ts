@@ -162,7 +162,15 @@ planned_mm: number | null,
 /**
  * Whether the 95 % interval of the depth holds it; `None` if nothing is planned or measured.
  */
-as_planned: boolean | null, };
+as_planned: boolean | null, 
+/**
+ * The verdict about all limits; `None` without limits.
+ */
+verdict: 'pass' | 'fail' | 'undecided' | null, 
+/**
+ * The same in words, with each value and its limits, in ASCII.
+ */
+verdict_sentence: string | null, };
 
 export type Contribution = { name: string, evaluation: 'A' | 'B', sigma_mm: number | null, share: number | null, };
 
@@ -1207,6 +1215,10 @@ matched_blake3: string,
  * The answer in words.
  */
 conclusion: Conclusion, 
+/**
+ * Whether the surface conforms to its limits; `None` without limits.
+ */
+conformity: unknown, 
 /**
  * How the scan had ended when it was matched, as in `match.json`.
  */

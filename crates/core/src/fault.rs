@@ -21,6 +21,10 @@ pub enum Blame {
     Resumable,
     /// A match in which no pixel has an answer.
     NoAnswer,
+    /// A surface that does not conform to its limits. Nothing failed.
+    NotConforming,
+    /// A surface about whose limits nothing is proven. Nothing failed.
+    Undecided,
     /// The operator stopped it.
     Interruption,
 }

@@ -5,8 +5,6 @@
 //! is left out in turn. The scatter of the results gives their standard deviation, whatever the errors within
 //! a block are like (the grouped jackknife of Quenouille and Tukey).
 
-use std::f64::consts::FRAC_PI_2;
-
 use rayon::prelude::*;
 
 use super::normal::{Normal, Solution};
@@ -180,42 +178,9 @@ impl Blocks {
     }
 }
 
-/// The half width, in standard deviations, of the interval that holds 95 % of Student's distribution with
-/// this number of degrees of freedom, at least 1; it need not be whole.
-///
-/// With t = sqrt(n) tan(a) the density becomes cos(a)^(n - 1), which is summed by Simpson's rule.
-pub fn student_t_95(degrees_of_freedom: f64) -> f64 {
-    const STEPS: usize = 4000;
-    // Beyond a thousand it is the normal distribution to three digits.
-    let degrees = degrees_of_freedom.clamp(1.0, 1000.0);
-    let width = FRAC_PI_2 / STEPS as f64;
-    let density = |step: usize| (step as f64 * width).cos().max(0.0).powf(degrees - 1.0);
-    let mut below = vec![0.0];
-    for step in (0..STEPS).step_by(2) {
-        let piece = width / 3.0 * (density(step) + 4.0 * density(step + 1) + density(step + 2));
-        below.push(below[below.len() - 1] + piece);
-    }
-    let wanted = 0.95 * below[below.len() - 1];
-    let after = below.partition_point(|&sum| sum < wanted);
-    let share = (wanted - below[after - 1]) / (below[after] - below[after - 1]);
-    let angle = ((after - 1) as f64 + share) * 2.0 * width;
-    degrees.sqrt() * angle.tan()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantiles_of_student_s_distribution_are_those_of_the_tables() {
-        for (degrees, table) in
-            [(1.0, 12.706), (2.0, 4.303), (4.0, 2.776), (10.0, 2.228), (30.0, 2.042), (120.0, 1.980)]
-        {
-            let found = student_t_95(degrees);
-            assert!((found - table).abs() < 1e-3 * table, "{degrees}: {found}");
-        }
-        assert!((student_t_95(1e9) - 1.960).abs() < 0.003);
-    }
 
     #[test]
     fn correlation_of_a_moving_average_is_a_triangle() {

@@ -2,6 +2,7 @@
 
 mod blocks;
 pub mod comparison;
+pub mod conformity;
 mod connected;
 mod error;
 mod extent;
@@ -14,9 +15,10 @@ mod roughness;
 mod smooth;
 mod start;
 mod steps;
+mod student;
 mod trend;
 
-pub use blocks::{Correlation, student_t_95};
+pub use blocks::Correlation;
 pub use error::SurfaceError;
 pub use extent::{Extent, Rectangle, find_extent};
 pub use filter::Filters;
@@ -28,4 +30,5 @@ pub use steps::{
     Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Part, Steps,
     StepsOptions, find_steps,
 };
+pub use student::student_t_95;
 pub use trend::{Trend, TrendKind, fit_trend};

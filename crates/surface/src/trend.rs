@@ -101,6 +101,24 @@ impl Trend {
 
     /// How far the highest point of the field lies over the lowest by its bow alone, in mm; 0 for a plane.
     pub fn bow_mm(&self) -> f64 {
+        self.bow_of(self.coefficients.get(PLANE_TERMS..).unwrap_or_default())
+    }
+
+    /// Standard uncertainty of [`Self::bow_mm`] by the scatter of the heights, in mm: as if all coefficients of the
+    /// bow erred together and in one direction, which is the worst. `None` if the scatter is not known, or the form
+    /// has no bow.
+    pub fn bow_sigma_mm(&self) -> Option<f64> {
+        let sigmas = self.sigmas.get(PLANE_TERMS..).filter(|sigmas| !sigmas.is_empty())?;
+        let of_term = |(index, sigma): (usize, &Option<f64>)| {
+            let mut alone = vec![0.0; sigmas.len()];
+            alone[index] = (*sigma)?;
+            Some(self.bow_of(&alone))
+        };
+        sigmas.iter().enumerate().map(of_term).sum()
+    }
+
+    /// From the lowest to the highest point of a form with these coefficients behind those of the plane, in mm.
+    fn bow_of(&self, curved: &[f64]) -> f64 {
         const STEPS: i32 = 32;
         let basis = Basis { kind: self.kind, centre: (0.0, 0.0), scale: 1.0 };
         let (mut low, mut high) = (0.0_f64, 0.0_f64);
@@ -108,7 +126,6 @@ impl Trend {
             for j in -STEPS..=STEPS {
                 let u = f64::from(i) / f64::from(STEPS) * self.half_extent_mm.0;
                 let v = f64::from(j) / f64::from(STEPS) * self.half_extent_mm.1;
-                let curved = self.coefficients.get(PLANE_TERMS..).unwrap_or_default();
                 let bow = at(curved, &basis.row(u, v)[PLANE_TERMS..]);
                 (low, high) = (low.min(bow), high.max(bow));
             }
@@ -422,8 +439,14 @@ mod tests {
         // 2.1667e-4 u^2 = 0.132722 mm; lowest where that along u is none, u = v / 4: -1.625e-4 v^2 =
         // -0.063385 mm. 65 points along a side find the extrema to 1 in 1000.
         assert!((found.bow_mm() - 0.196_107).abs() < 2e-4, "{}", found.bow_mm());
+        // Half a mm^-1 of u^2 is known: over 24.75 mm that is 306 mm; and 1 mm^-1 of u v: 2 (24.75) (19.75) = 978 mm.
+        let sigmas = [0.0, 0.0, 0.0, 0.5, 1.0, 0.0].map(Some).to_vec();
+        let with_sigmas = Trend { sigmas, ..found.clone() };
+        let worst_mm = 0.5 * 24.75_f64.powi(2) + 2.0 * 24.75 * 19.75;
+        assert!((with_sigmas.bow_sigma_mm().unwrap() - worst_mm).abs() < 1e-9);
         let rest = found.removed_from(&heights);
         assert!(rest.values().iter().all(|height| height.abs() < 1e-6));
+        assert_eq!(fit_trend(&heights, TrendKind::Plane).unwrap().bow_sigma_mm(), None);
         assert_eq!(fit_trend(&heights, TrendKind::Plane).unwrap().bow_mm(), 0.0);
     }
 

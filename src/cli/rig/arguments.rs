@@ -36,6 +36,11 @@ impl RigArguments {
 
     /// The profile with the changes that options make.
     pub(in crate::cli) fn profile(&self) -> Result<Profile, CliError> {
-        self.rig.profile(self.changes())
+        self.profile_with(Vec::new())
+    }
+
+    /// The same, with more changes.
+    pub(in crate::cli) fn profile_with(&self, more: Vec<Override>) -> Result<Profile, CliError> {
+        self.rig.profile([self.changes(), more].concat())
     }
 }

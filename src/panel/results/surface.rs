@@ -72,7 +72,7 @@ pub(super) fn surface(view: &ResultsView, asked: SurfaceQuestion) -> Result<Surf
     let steps = steps_options(&opened.matched.settings, asked.trend);
     let mask = asked.mask.map(|mask| mask.read(rows, columns)).transpose()?;
     let region = Region { rectangle, mask }.checked(rows, columns)?;
-    let questions = SurfaceQuestions { region, ..SurfaceQuestions::usual(steps) };
+    let questions = SurfaceQuestions { steps, region, ..SurfaceQuestions::usual(opened) };
     Ok(analyse_surface(heights, view.halves(), opened, &questions)?.summary)
 }
 

@@ -11,14 +11,13 @@ use crate::panel::shared::SharedState;
 use crate::panel::state::TaskKind;
 use crate::pipeline::{
     Frames, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, half_heights, inspect_surface,
-    match_need, measure as match_sequence, open_results, steps_options,
+    match_need, measure as match_sequence, open_results,
 };
 use crate::profile::Profile;
 use crate::results::{Region, ResultsFolder, ResultsKind};
 use crate::rig::{calibration_plan, can_be_calibrated};
 use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
-use epirig_surface::TrendKind;
 
 /// Begins to measure the sequence `name` in `folder`, in a thread of its own. STOP ends it.
 ///
@@ -107,8 +106,7 @@ fn analyse(sequence: &Sequence, results: &Path, notes: &Notes<'_>) -> Result<(),
     let heights = opened.heights.as_ref().ok_or_else(|| {
         PanelError::Wrong("no heights: the focal length is unknown, or no pixel has a disparity".to_owned())
     })?;
-    let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
-    let questions = SurfaceQuestions::usual(steps);
+    let questions = SurfaceQuestions::usual(&opened);
     let place = ResultsFolder::create(&results.join("surface"), ResultsKind::Surface, true)?;
     let halves = half_heights(sequence, &opened, notes).unwrap_or_else(|error| {
         notes.0.warn(format!("depths are measured without halves of the frames: {error}"));

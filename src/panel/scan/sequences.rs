@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::panel::error::PanelError;
 use crate::panel::shared::SharedState;
-use crate::results::{read_conclusion, results_beside};
+use crate::results::{read_surface_facts, results_beside};
 use epirig_data::sequence::{ExitStatus, Origin, Sequence, sequences_in};
 
 #[derive(Serialize)]
@@ -43,9 +43,9 @@ fn entry(sequence: &Sequence, name: String) -> SequenceEntry {
         planned: record.frames,
         ended: sequence.ended(),
         can_be_resumed: was_captured && !matches!(ended, Some(ExitStatus::Complete | ExitStatus::NotClosed)),
-        depth: read_conclusion(&sequence.folder().join("results/surface"))
+        depth: read_surface_facts(&sequence.folder().join("results/surface"))
             .ok()
-            .and_then(|conclusion| conclusion.depth),
+            .and_then(|facts| facts.conclusion.depth),
         measured: results_beside(sequence.folder()).iter().any(|results| results == "results"),
         name,
     }

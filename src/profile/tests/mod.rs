@@ -17,6 +17,7 @@ use epirig_devices::camera::Size;
 use epirig_devices::camera::pixels::BayerUse;
 use epirig_devices::faults::RigFaults;
 use epirig_devices::stage::Driver;
+use epirig_surface::conformity::{DecisionRule, Tolerance};
 
 fn set(settings: &[&str]) -> Vec<Override> {
     settings.iter().map(|text| Override::parse(text, "--set").unwrap()).collect()
@@ -152,6 +153,9 @@ fn what_is_left_out_has_the_promised_defaults() {
         },
         target: TargetProfile {
             relief_mm: None,
+            tolerance: Tolerance::default(),
+            decision_rule: DecisionRule::GuardedRisk,
+            risk: 0.05,
             square_mm: None,
             columns: None,
             rows: None,

@@ -1,12 +1,14 @@
 //! The verdict, and what was measured, with what, how good.
 
 use super::contents::Report;
+use super::limits;
 use super::markup::{data, pair, pairs};
 use crate::calibrate::LensSource;
 use crate::number::{fixed, moment, plain, share, sigma, significant, with_interval, with_sigma};
 use crate::results::scale_in_words;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::{CameraRecord, Event, Origin};
+use epirig_surface::conformity::Verdict;
 use maud::{Markup, html};
 
 /// What is said at once: how deep, how sure, and whether the scan can be trusted.
@@ -16,6 +18,9 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
     let ended = &report.matched.scan_ended;
     html! {
         p.verdict.unplanned[unplanned] { (typographic(&conclusion.sentence)) }
+        @if let Some(words) = &conclusion.verdict_sentence {
+            p.verdict.unplanned[conclusion.verdict != Some(Verdict::Pass)] { (typographic(words)) }
+        }
         @match &report.scan.end_in_words {
             Some(words) => p.bad role="note" { strong { "Warning: " (words) " (recorded as " (ended) ")" } }
             None => p {
@@ -40,6 +45,7 @@ pub(super) fn facts(report: &Report<'_>, height: Markup) -> Markup {
     html! {
         (height)
         (pairs("Result", result(report)))
+        @if let Some(conformity) = &report.surface.conformity { (limits::limits(conformity)) }
         (pairs("What was measured", object(report)))
         (pairs("With what", rig(report)))
         (pairs("How good", quality(report)))

@@ -6,6 +6,7 @@
 mod calibration;
 mod contents;
 mod facts;
+mod limits;
 mod maps;
 mod markup;
 mod picture;

@@ -39,9 +39,24 @@ function BudgetTable({ contributions }: Budget) {
   );
 }
 
+/** The verdict about the limits, if there are any. */
+function VerdictLine({ of }: { of: SurfaceSummary }) {
+  const { verdict, verdict_sentence } = of.conclusion;
+  if (!verdict_sentence) return null;
+  return (
+    <p class={verdict === 'pass' ? 'verdict' : 'verdict fault'}>{verdict_sentence.replaceAll('+-', '±')}</p>
+  );
+}
+
 function StepHeight({ of }: { of: SurfaceSummary }) {
   const { label, factor } = lengths.value;
-  if (!of.levels) return <p>No step height: {of.no_levels ?? 'the reason is not recorded'}</p>;
+  if (!of.levels)
+    return (
+      <>
+        <p>No step height: {of.no_levels ?? 'the reason is not recorded'}</p>
+        <VerdictLine of={of} />
+      </>
+    );
   const { depth, budget, raised, margin_px, parts } = of.levels;
   const half = budget.combined === null ? null : budget.combined.half_width_95_mm * factor;
   return (
@@ -49,6 +64,7 @@ function StepHeight({ of }: { of: SurfaceSummary }) {
       <p class="key-number">{interval(depth.depth_mm * factor, half, label)}</p>
       <p>{coverage(budget)}</p>
       <p>{of.conclusion.sentence.replace('+-', '±')}</p>
+      <VerdictLine of={of} />
       <p class="muted">
         Step height between the two levels; parts are {raised ? 'raised' : 'hollows'}; {margin_px} px beside
         the walls are left out.

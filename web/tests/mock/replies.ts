@@ -120,6 +120,9 @@ export const SURFACE = {
       'hollows 0.1999 mm +- 0.0079 mm deep (95 % coverage, baseline taken as exact), as planned: 0.2 mm lies within the interval',
     planned_mm: 0.2,
     as_planned: true,
+    verdict: 'pass',
+    verdict_sentence:
+      'PASS by guarded-risk, risk 5.0 %; depth: 0.1999 mm +- 0.0079 mm, limits 0.18 mm to 0.22 mm, conformance probability above 99.9 %',
   },
   distance_mm: 300,
   pixel_mm: PIXEL_MM,

@@ -30,7 +30,7 @@ pub use clock::{now, time};
 pub use derived::write_derived;
 pub use error::SequenceError;
 pub use finding::Finding;
-pub use listing::sequences_in;
+pub use listing::{SequencesBelow, sequences_below, sequences_in};
 pub use load::load_volume;
 pub use lock::{lock, refuse_busy};
 pub use nominal_lens::{FocalLength, NominalLens};

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::super::blocks::student_t_95;
 use super::super::height::ScaleSigma;
+use super::super::student::student_t_95;
 use super::depth::Depth;
 
 /// How a contribution was evaluated (GUM, 2.3).

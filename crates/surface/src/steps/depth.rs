@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use super::super::blocks::{Blocks, Correlation, Scatter, student_t_95};
+use super::super::blocks::{Blocks, Correlation, Scatter};
 use super::super::normal::{MOST, Normal, Solution};
+use super::super::student::student_t_95;
 use super::super::trend::{Field, Sample, Trend, at};
 use super::levels::Levels;
 use super::options::StepsOptions;
