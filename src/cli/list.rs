@@ -11,9 +11,9 @@ use crate::number::{ascii, moment, plain, with_interval};
 use crate::series::{SequenceState, Series, SeriesEntry, SortKey};
 use epirig_surface::conformity::Verdict;
 
-/// List all sequences below a folder: how far each has come, its depth and its verdict
+/// List the sequences below a folder, with depth and verdict
 ///
-/// Only records are read, no frames and no maps.
+/// How far the work on each has come is told, too. Only records are read, no frames and no maps.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig list

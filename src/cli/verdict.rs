@@ -98,3 +98,14 @@ pub(super) fn answer(surface: &SurfaceSummary) -> String {
     let verdict = conclusion.verdict_sentence.as_ref();
     format!("{}\n{}", conclusion.sentence, verdict.map_or(String::new(), |words| format!("{words}\n")))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_option_is_a_key_of_the_profile() {
+        // A key that is missing in the profile would be left out silently.
+        assert_eq!(VerdictKeys::options().len(), 3);
+    }
+}

@@ -26,7 +26,7 @@ pub struct Conclusion {
     /// The verdict about all limits; `None` without limits.
     #[cfg_attr(test, ts(as = "Option<crate::panel::page_type_tests::Names<Verdict>>"))]
     pub verdict: Option<Verdict>,
-    /// The same in words, with each value and its limits, in ASCII.
+    /// The same in words, with the values that decide and their limits, in ASCII.
     pub verdict_sentence: Option<String>,
 }
 

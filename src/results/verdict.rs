@@ -2,11 +2,9 @@
 
 use crate::number::{ascii, plain, share, with_interval};
 use epirig_core::choice::Choice as _;
-use epirig_surface::conformity::{Conformity, Judgement, Verdict};
+use epirig_surface::conformity::{Conformity, Judgement};
 
-/// The verdict, and each value with its limits: in one sentence, in ASCII.
-///
-/// Of parts, only those are named that decide: the worst of them.
+/// The verdict, and the values that decide it with their limits: in one sentence, in ASCII.
 pub(super) fn verdict_sentence(conformity: &Conformity) -> String {
     let word = conformity.verdict.name().to_ascii_uppercase();
     let risk = conformity.risk.map_or(String::new(), |risk| format!(", risk {}", share(risk)));
@@ -14,12 +12,12 @@ pub(super) fn verdict_sentence(conformity: &Conformity) -> String {
     format!("{word} by {}{risk}; {}", conformity.rule, found.join("; "))
 }
 
-/// One judgement of each characteristic: the worst, if it has several.
+/// The judgements that decide: one of each characteristic, the worst if it has several.
 fn telling(conformity: &Conformity) -> Vec<&Judgement> {
     let mut told: Vec<&Judgement> = Vec::new();
-    for one in &conformity.judgements {
+    for one in conformity.judgements.iter().filter(|one| one.verdict == conformity.verdict) {
         match told.iter_mut().find(|other| other.characteristic == one.characteristic) {
-            Some(other) if badness(one) > badness(other) => *other = one,
+            Some(other) if conforms(one) < conforms(other) => *other = one,
             Some(_) => {}
             None => told.push(one),
         }
@@ -27,14 +25,8 @@ fn telling(conformity: &Conformity) -> Vec<&Judgement> {
     told
 }
 
-/// Larger is worse.
-fn badness(one: &Judgement) -> (u8, f64) {
-    let of_verdict = match one.verdict {
-        Verdict::Pass => 0,
-        Verdict::Undecided => 1,
-        Verdict::Fail => 2,
-    };
-    (of_verdict, 1.0 - one.conformance_probability.unwrap_or(0.0))
+fn conforms(one: &Judgement) -> f64 {
+    one.conformance_probability.unwrap_or(0.0)
 }
 
 /// What a judgement is about.
@@ -66,7 +58,7 @@ fn judged(one: &Judgement) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use epirig_surface::conformity::{Characteristic, DecisionRule, Value};
+    use epirig_surface::conformity::{Characteristic, DecisionRule, Value, Verdict};
 
     fn judgement(part: Option<usize>, value_mm: f64, probability: f64, verdict: Verdict) -> Judgement {
         Judgement {
@@ -118,7 +110,7 @@ mod tests {
             value: None,
             half_width_95_mm: None,
             conformance_probability: None,
-            undecided: Some("the heights show no two levels".to_owned()),
+            undecided: Some("there is no step height".to_owned()),
             ..judgement(None, 0.2, 0.5, Verdict::Undecided)
         };
         let found = Conformity {
@@ -128,7 +120,7 @@ mod tests {
         };
         assert_eq!(
             verdict_sentence(&found),
-            "UNDECIDED by simple; depth: not measured, limits 0.19 mm to 0.21 mm (the heights show no two levels)"
+            "UNDECIDED by simple; depth: not measured, limits 0.19 mm to 0.21 mm (there is no step height)"
         );
     }
 }

@@ -16,7 +16,8 @@ fn ends(folder: &Path, arguments: &[&str], code: i32) -> Value {
     let output = epirig(folder, &[arguments, &["--json"]].concat());
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
-    assert!(!stderr.contains("error"), "a verdict is no failure: {stderr}");
+    let failed = stderr.lines().any(|line| line.starts_with("error"));
+    assert!(!failed, "a verdict is no failure: {stderr}");
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{arguments:?}: {error}"))
 }
 
@@ -47,7 +48,7 @@ fn a_measurement_ends_with_its_verdict_and_every_verb_agrees() {
     assert_eq!(surface(&["--tolerance", &at_limit], 10), "undecided");
     assert_eq!(surface(&["--tolerance", &at_limit, "--decision-rule", "simple"], 0), "pass");
     assert_eq!(surface(&["--tolerance", "0.9..1.1 mm, sa ..0.1 um"], 9), "fail");
-    assert_eq!(surface(&["--tolerance", "each-depth 0.9..1.1 mm", "--risk-percent", "1"], 0), "pass");
+    assert_eq!(surface(&["--tolerance", "each-depth 0.5..1.5 mm", "--risk-percent", "1"], 0), "pass");
 
     let text = epirig(folder, &["surface", "seq", "--overwrite", "--tolerance", "1.5..1.6 mm"]);
     let text = String::from_utf8(text.stdout).unwrap();
@@ -74,7 +75,7 @@ fn a_measurement_ends_with_its_verdict_and_every_verb_agrees() {
 fn a_scan_whose_surface_cannot_be_measured_is_undecided() {
     let folder = tempfile::tempdir().unwrap();
     // Hollows of 0.2 mm are far too shallow for so few pixels.
-    let run = |out, more: &[&str]| {
+    let run = |out: &'static str, more: &[&'static str]| {
         [&["run", "--out", out, "--anyway", "--tolerance", "0.1..0.3 mm"], more, &RIG].concat()
     };
     let found = ends(folder.path(), &run("a", &["--step-mm", "15"]), 10);

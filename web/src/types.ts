@@ -168,7 +168,7 @@ as_planned: boolean | null,
  */
 verdict: 'pass' | 'fail' | 'undecided' | null, 
 /**
- * The same in words, with each value and its limits, in ASCII.
+ * The same in words, with the values that decide and their limits, in ASCII.
  */
 verdict_sentence: string | null, };
 

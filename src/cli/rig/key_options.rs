@@ -157,7 +157,6 @@ mod tests {
     use super::super::plan::PlanKeys;
     use super::super::stage::StageKeys;
     use super::*;
-    use crate::cli::verdict::VerdictKeys;
     use crate::profile::Profile;
 
     fn group<G: KeyGroup>(least: usize) {
@@ -189,6 +188,5 @@ mod tests {
         group::<PlanKeys>(7);
         group::<StageKeys>(4 + 8);
         group::<CameraKeys>(7);
-        group::<VerdictKeys>(3);
     }
 }
