@@ -102,18 +102,6 @@ class Results(_Folder):
         return np.asarray(self.validity == ANSWERED)
 
     @property
-    def verdict(self) -> str | None:
-        """``pass``, ``fail`` or ``undecided``; None without a tolerance."""
-        verdict = self.record["conclusion"]["verdict"]
-        return None if verdict is None else str(verdict)
-
-    @property
-    def judgements(self) -> list[dict[str, Any]]:
-        """Each value with its limits: characteristic, part, limits, value, conformance_probability, verdict."""
-        conformity = self.record["conformity"]
-        return [] if conformity is None else list(conformity["judgements"])
-
-    @property
     def height_mm(self) -> NDArray[np.float32]:
         """Height in mm, where focal length and positions are known."""
         return self.map("height")
@@ -173,6 +161,18 @@ class Surface(_Folder):
     def conclusion(self) -> str:
         """The result in a sentence."""
         return str(self.record["conclusion"]["sentence"])
+
+    @property
+    def verdict(self) -> str | None:
+        """``pass``, ``fail`` or ``undecided``; None without a tolerance."""
+        verdict = self.record["conclusion"]["verdict"]
+        return None if verdict is None else str(verdict)
+
+    @property
+    def judgements(self) -> list[dict[str, Any]]:
+        """Each value with its limits: characteristic, part, limits, value, conformance_probability, verdict."""
+        conformity = self.record["conformity"]
+        return [] if conformity is None else list(conformity["judgements"])
 
     @property
     def height_mm(self) -> NDArray[np.float32]:

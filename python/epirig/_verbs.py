@@ -438,6 +438,9 @@ def resume(
     camera: str | float | None = None,
     set: Several[str] = (),
     measure: bool = False,
+    tolerance: str | float | None = None,
+    decision_rule: Literal["guarded-risk", "guarded-coverage", "simple"] | None = None,
+    risk_percent: str | float | None = None,
     quick: bool = False,
     method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
     range: Several[float] | str | None = None,
@@ -473,6 +476,14 @@ def resume(
         limits.shift="0.2 px".
     measure
         Calibrate, match and measure the surface then, as ``epirig run`` does.
+    tolerance
+        Limits of what is measured, which the verdict is about.
+    decision_rule
+        How the verdict is reached: guarded-risk (ISO 14253-1, proven with at most the risk),
+        guarded-coverage (beyond a guard band of the expanded uncertainty), or simple (the value
+        alone). Without it: guarded-risk.
+    risk_percent
+        Largest probability of a wrong verdict, for guarded-risk. Without it: 5.
     quick
         First look: takes some 60 % of the time. Uses half of the frames if there are a hundred or
         more, looks for edges in small discs only, and searches occluding objects at half the
@@ -546,6 +557,9 @@ def resume(
             ("--camera", camera, None),
             ("--set", set, ()),
             ("--measure", measure, False),
+            ("--tolerance", tolerance, None),
+            ("--decision-rule", decision_rule, None),
+            ("--risk-percent", risk_percent, None),
             ("--quick", quick, False),
             ("--method", method, "variance"),
             ("--range", range, None),
@@ -636,6 +650,9 @@ def measure(
     focal_length_px: float | None = None,
     principal_point_px: Several[float] | str | None = None,
     link: bool = False,
+    tolerance: str | float | None = None,
+    decision_rule: Literal["guarded-risk", "guarded-coverage", "simple"] | None = None,
+    risk_percent: str | float | None = None,
     quick: bool = False,
     method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
     range: Several[float] | str | None = None,
@@ -715,6 +732,14 @@ def measure(
         Principal point, in px: column,row. Without it: centre of the image.
     link
         Make hard links to grey PNG files instead of copies; both must be on one file system.
+    tolerance
+        Limits of what is measured, which the verdict is about.
+    decision_rule
+        How the verdict is reached: guarded-risk (ISO 14253-1, proven with at most the risk),
+        guarded-coverage (beyond a guard band of the expanded uncertainty), or simple (the value
+        alone). Without it: guarded-risk.
+    risk_percent
+        Largest probability of a wrong verdict, for guarded-risk. Without it: 5.
     quick
         First look: takes some 60 % of the time. Uses half of the frames if there are a hundred or
         more, looks for edges in small discs only, and searches occluding objects at half the
@@ -804,6 +829,9 @@ def measure(
             ("--focal-length-px", focal_length_px, None),
             ("--principal-point-px", principal_point_px, None),
             ("--link", link, False),
+            ("--tolerance", tolerance, None),
+            ("--decision-rule", decision_rule, None),
+            ("--risk-percent", risk_percent, None),
             ("--quick", quick, False),
             ("--method", method, "variance"),
             ("--range", range, None),
@@ -1182,6 +1210,61 @@ def plan(
             ("--bayer", bayer, None),
             ("--patience-s", patience_s, None),
             ("--control", control, ()),
+        ),
+        progress,
+    )
+    return record
+
+
+def list_sequences(
+    *,
+    folder: Place = ".",
+    sort: Literal["begun", "name", "depth", "state", "verdict"] = "begun",
+    reverse: bool = False,
+    state: Literal["unreadable", "scan", "calibrated", "matched", "measured"] | None = None,
+    verdict: Literal["pass", "fail", "undecided"] | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """List the sequences below a folder, with depth and verdict.
+
+    The same as ``epirig list``.
+
+    Parameters
+    ----------
+    folder
+        Folder to look below.
+    sort
+        Order of the list.
+        - "begun": When they were begun, the newest last.
+        - "name": Their names, in alphabetical order.
+        - "depth": Their depth, the deepest last; those without one come first.
+        - "state": How far the work has come.
+        - "verdict": Their verdict: none, pass, undecided, fail.
+    reverse
+        Turn the order round.
+    state
+        Only sequences of this state.
+        - "unreadable": Its records cannot be read.
+        - "scan": It has frames.
+        - "calibrated": It has a calibration.
+        - "matched": It has results of `match`.
+        - "measured": Its surface was measured.
+    verdict
+        Only sequences of this verdict.
+        - "pass": Conformity is proven, or accepted.
+        - "fail": Non-conformity is proven, or a value is rejected.
+        - "undecided": Neither is proven, or the value is not known.
+    progress
+        Called with what is done, how many parts of it are done, and of how many.
+    """
+    record: dict[str, Any] = call(
+        "list",
+        words(
+            (None, folder, "."),
+            ("--sort", sort, "begun"),
+            ("--reverse", reverse, False),
+            ("--state", state, None),
+            ("--verdict", verdict, None),
         ),
         progress,
     )
@@ -1630,6 +1713,9 @@ class SequenceVerbs:
         profile_width: int = 1,
         s_filter_mm: float | None = None,
         l_filter_mm: float | None = None,
+        tolerance: str | float | None = None,
+        decision_rule: Literal["guarded-risk", "guarded-coverage", "simple"] | None = None,
+        risk_percent: str | float | None = None,
         anyway: bool = False,
         progress: Progress | None = None,
     ) -> Surface:
@@ -1670,6 +1756,14 @@ class SequenceVerbs:
         l_filter_mm
             Cut-off of the L-filter, in mm: longer waves do not count as roughness. Without it: no
             filter.
+        tolerance
+            Limits of what is measured, which the verdict is about.
+        decision_rule
+            How the verdict is reached: guarded-risk (ISO 14253-1, proven with at most the risk),
+            guarded-coverage (beyond a guard band of the expanded uncertainty), or simple (the value
+            alone). Without it: guarded-risk.
+        risk_percent
+            Largest probability of a wrong verdict, for guarded-risk. Without it: 5.
         anyway
             Continue although the scan is not closed and the positions of its frames are wrong.
         progress
@@ -1690,6 +1784,9 @@ class SequenceVerbs:
                 ("--profile-width", profile_width, 1),
                 ("--s-filter-mm", s_filter_mm, None),
                 ("--l-filter-mm", l_filter_mm, None),
+                ("--tolerance", tolerance, None),
+                ("--decision-rule", decision_rule, None),
+                ("--risk-percent", risk_percent, None),
                 ("--anyway", anyway, False),
             ),
             progress,
