@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use epirig::panel::CurrentResults;
-use epirig::results::read_map;
+use epirig::results::{ResultsKind, read_map};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFormat;
 use epirig_data::sequence::{Sequence, decode_grey};
@@ -163,11 +163,11 @@ fn a_match_is_shown_whatever_is_wrong_with_its_surface() {
     assert!(facts()["surface"].is_object() && facts()["unfit"].is_null());
     let text = fs::read_to_string(surface.join("surface.json")).unwrap();
     let foreign = text.replacen("\"matched_blake3\": \"", "\"matched_blake3\": \"0", 1);
-    let former = text.replacen("\"format\": 5", "\"format\": 4", 1);
+    let format = ResultsKind::Surface.format();
+    let older = format!("format version {}", format - 1);
+    let former = text.replacen(&format!("\"format\": {format}"), &format!("\"format\": {}", format - 1), 1);
     assert!(foreign != text && former != text);
-    for (record, why) in
-        [(foreign, "of other results"), (former, "format version 4"), (String::new(), "line")]
-    {
+    for (record, why) in [(foreign, "of other results"), (former, older.as_str()), (String::new(), "line")] {
         fs::write(surface.join("surface.json"), record).unwrap();
         let facts = facts();
         assert!(facts["results"].is_object() && facts["surface"].is_null(), "{facts:#}");
