@@ -3,8 +3,8 @@
 use epirig_core::grid::Grid;
 use nalgebra::Vector3;
 
-use crate::photographs::texture::{BLOB_GROUND, BLOB_PITCH_PX, BLOB_SIGMA_PX};
-use crate::photographs::{Photographs, Relief, Series, Texture};
+use epirig_photographs::texture::{BLOB_GROUND, BLOB_PITCH_PX, BLOB_SIGMA_PX};
+use epirig_photographs::{Photographs, Relief, Series, Texture};
 
 const RELIEFS: [Relief; 5] = [Relief::Flat, Relief::Hills, Relief::Mounds, Relief::Grooves, Relief::Slope];
 const TEXTURES: [Texture; 5] =

@@ -3,8 +3,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
-#[path = "../support/photographs/mod.rs"]
-mod photographs;
 #[path = "../support/program.rs"]
 mod program;
 #[path = "../support/size.rs"]

@@ -12,10 +12,10 @@ use epirig_core::statistics::median;
 use epirig_data::sequence::Sequence;
 use nalgebra::Vector3;
 
-use super::photographs::{Photographs, Series, Texture};
 use super::program::succeeds;
 use super::shape::{Pair, shape};
 use super::size::is_full;
+use epirig_photographs::{Photographs, Series, Texture};
 
 /// Pixels from one that is judged to the next, along rows and columns.
 const EVERY: usize = 3;

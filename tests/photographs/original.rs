@@ -11,8 +11,8 @@ use epirig_core::grid::Grid;
 use epirig_data::sequence::Sequence;
 use nalgebra::Vector3;
 
-use super::photographs::{Photographs, Series};
 use super::program::{fails, succeeds};
+use epirig_photographs::{Photographs, Series};
 
 const SIZE: (usize, usize) = (300, 450);
 /// Pixels from one that is looked at to the next, along rows and columns.

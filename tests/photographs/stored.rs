@@ -3,7 +3,7 @@
 use image::metadata::Orientation as Turn;
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
-use crate::photographs::{Orientation, Photographs};
+use epirig_photographs::{Orientation, Photographs};
 
 #[test]
 fn a_reader_that_heeds_the_tag_gets_the_upright_photograph() {

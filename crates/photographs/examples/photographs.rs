@@ -2,18 +2,15 @@
 //! folder.
 //!
 //! ```sh
-//! cargo run --release --example photographs -- --out set --roll 2 --wobble 0.02 --missing 7,8
+//! cargo run --release -p epirig-photographs --example photographs -- --out set --roll 2 --wobble 0.02 --missing 7,8
 //! ```
 
 #![allow(clippy::unwrap_used, reason = "an example stops at the first thing that does not work")]
 
-#[path = "../../tests/support/photographs/mod.rs"]
-mod photographs;
-
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
-use photographs::{Orientation, Photographs, Relief, Texture};
+use epirig_photographs::{Orientation, Photographs, Relief, Texture};
 
 /// Photographs of a relief from a camera on a slider, for trials of what measures them. They come to
 /// OUT/photographs, and their truth to OUT: truth.json, and parallax.npy, which has f (s_last -

@@ -7,8 +7,8 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::random::{Purpose, random};
 use super::relief::Area;
-use super::{Purpose, random};
 
 /// The texture. Lengths are in px of the middle plane.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,9 +6,10 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::Series;
 use super::files::jpeg_decoded;
 use super::motion::View;
-use super::{Purpose, Series, random};
+use super::random::{Purpose, random};
 
 impl Series {
     /// What a frame sees in grey values, under the mean light, without noise and rounding.

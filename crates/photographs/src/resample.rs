@@ -16,9 +16,13 @@ const MARGIN_PX: f64 = 4.0;
 /// A rectified frame. Its pixel (x, y) looks along (x + left, y + top, f) in the axes of the rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Region {
+    /// Of its first column, in px from the optical axis.
     pub left: f64,
+    /// Of its first row, in px from the optical axis.
     pub top: f64,
+    /// Its rows.
     pub rows: usize,
+    /// Its columns.
     pub columns: usize,
 }
 

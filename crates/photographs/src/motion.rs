@@ -5,7 +5,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::{Photographs, Purpose};
+use super::photographs::Photographs;
+use super::random::Purpose;
 
 /// How far the camera goes back in a step back, in mean steps.
 const BACK: f64 = 0.7;
@@ -13,7 +14,9 @@ const BACK: f64 = 0.7;
 /// One frame: y = rotation (X - centre).
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
+    /// From the common camera to that of the frame.
     pub rotation: Matrix3<f64>,
+    /// Where the camera stands, in mm.
     pub centre: Vector3<f64>,
 }
 

@@ -37,6 +37,7 @@ enum Term {
 /// Z(X, Y) = distance - depth * (sum of terms), in mm in the common camera's coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
+    /// Distance of its middle plane from the common camera, in mm.
     pub distance_mm: f64,
     /// Height of the highest point over the lowest, in mm.
     pub depth_mm: f64,
@@ -50,7 +51,9 @@ pub struct Surface {
 /// A part of the plane of X and Y, in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Area {
+    /// From and to along X.
     pub x: (f64, f64),
+    /// From and to along Y.
     pub y: (f64, f64),
 }
 

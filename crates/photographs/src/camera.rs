@@ -5,8 +5,11 @@ use nalgebra::Vector3;
 /// A camera with radial distortion; its principal point is the middle of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
+    /// Rows of the picture.
     pub rows: usize,
+    /// Columns of the picture.
     pub columns: usize,
+    /// Focal length, in px.
     pub focal_length_px: f64,
     /// Distortion: a point at r of the ideal image plane (in units of the focal length) is seen at
     /// r (1 + k1 r^2).
