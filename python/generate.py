@@ -32,6 +32,7 @@ FUNCTIONS = {
     "doctor": ("doctor", "dict[str, Any]", "record"),
     "plan": ("plan", "dict[str, Any]", "record"),
     "list": ("list_sequences", "dict[str, Any]", "record"),
+    "trend": ("trend", "dict[str, Any]", "record"),
 }
 # Verbs as methods of a sequence.
 METHODS = {

@@ -14,7 +14,7 @@ from ._maps import VALIDITY, Maps
 from ._results import Results, Surface
 from ._rig import CapturedFrame, Rig
 from ._sequence import Sequence
-from ._verbs import capture, compare, demo, doctor, import_images, list_sequences, match_array, measure, plan, resume
+from ._verbs import capture, compare, demo, doctor, import_images, list_sequences, match_array, measure, plan, resume, trend
 
 __version__ = _version("epirig")
 # Threads that work still would be ended in the middle of it.
@@ -43,4 +43,5 @@ __all__ = [
     "measure",
     "plan",
     "resume",
+    "trend",
 ]

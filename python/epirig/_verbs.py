@@ -1271,6 +1271,54 @@ def list_sequences(
     return record
 
 
+def trend(
+    *,
+    folder: Place = ".",
+    measure: Literal["depth", "noise", "answered", "distance", "brightness", "flicker", "blur", "stage-error", "roll", "pan"] = "depth",
+    baseline: int | None = None,
+    picture: Place | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Follow depth and rig over many sequences, with control charts.
+
+    The same as ``epirig trend``.
+
+    Parameters
+    ----------
+    folder
+        Folder to look below.
+    measure
+        The quantity whose values are looked at one by one, and drawn.
+        - "depth": Depth of the hollows, or height of the raised parts.
+        - "noise": Standard uncertainty of a typical disparity, by the noise.
+        - "answered": Share of the object that has a disparity.
+        - "distance": Distance of the object from the camera.
+        - "brightness": Mean intensity of the frames.
+        - "flicker": Change of the light from frame to frame.
+        - "blur": Blur of the target's edges: the focus.
+        - "stage-error": Positioning error of the stage, by the target.
+        - "roll": Roll of the camera against the stage axis.
+        - "pan": Pan of the camera against the stage axis.
+    baseline
+        Make limits of the first N sequences, which are known to be good. Without it: of all.
+    picture
+        Draw the control chart of measure into a PNG file; an existing file is refused.
+    progress
+        Called with what is done, how many parts of it are done, and of how many.
+    """
+    record: dict[str, Any] = call(
+        "trend",
+        words(
+            (None, folder, "."),
+            ("--measure", measure, "depth"),
+            ("--baseline", baseline, None),
+            ("--picture", picture, None),
+        ),
+        progress,
+    )
+    return record
+
+
 class RigOptions:
     """A rig, as its profile and these options describe it; nothing is connected yet.
 

@@ -44,6 +44,7 @@ def test_a_scan_becomes_a_surface(tmp_path: Path) -> None:
         sequence.surface(tolerance="0.5", overwrite=True)
     (listed,) = epirig.list_sequences(folder=tmp_path)["sequences"]
     assert (listed["name"], listed["verdict"], listed["depth_mm"]) == ("seq", "fail", judged.depth_mm)
+    assert epirig.trend(folder=tmp_path)["trends"] == [], "one sequence is no trend"
 
 
 def test_maps_that_are_not_there_are_named(sequence: epirig.Sequence, tmp_path: Path) -> None:

@@ -163,6 +163,9 @@ pub struct StageAxisRecord {
     pub rows_rms_px: f64,
     /// Standard deviation of a coordinate of a typical corner, in px.
     pub corner_sigma_px: f64,
+    /// Blur of the target's edges, the median over its frames, in px (standard deviation); `None` in older records.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blur_px: Option<f64>,
     /// Number of tracked corners.
     pub corners: usize,
     /// Number of corners of the whole target; 0 in older records.

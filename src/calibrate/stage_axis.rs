@@ -18,6 +18,8 @@ pub(super) struct FoundAxis {
     pub(super) stage_axis: StageAxis,
     tracks: Tracks,
     corners_of_target: usize,
+    /// Blur of the target's edges, in px.
+    blur_px: Option<f64>,
     /// Length of the baseline from the size of the squares, in mm.
     pub(super) baseline_by_target_mm: Option<f64>,
 }
@@ -43,7 +45,7 @@ pub(super) fn find_axis(
         .collect();
     let found = found?;
     progress.end();
-    refuse_blurred(&found)?;
+    let blur_px = blur_in(&found)?;
     let size = (sequence.record().rows, sequence.record().columns);
     refuse_other_size("target", found.iter().flatten(), &target.board, size)?;
     let reported_mm = sequence.positions_mm();
@@ -65,7 +67,7 @@ pub(super) fn find_axis(
     }
     let baseline_by_target_mm = baseline_by_target(&stage_axis.points, &tracks, target);
     let corners_of_target = target.bands * target.board.corners();
-    Ok(FoundAxis { stage_axis, tracks, corners_of_target, baseline_by_target_mm })
+    Ok(FoundAxis { stage_axis, tracks, corners_of_target, blur_px, baseline_by_target_mm })
 }
 
 /// Least motion of the target over the scan, in px. With a smaller motion, the error of a corner (a hundredth
@@ -88,12 +90,14 @@ fn longest_px(tracks: &Tracks) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {
+/// The median blur of the boards, in px; an error if they cannot be measured.
+fn blur_in(found: &[Vec<FoundBoard>]) -> Result<Option<f64>, CalibrateError> {
     let mut blur: Vec<f64> = found.iter().flatten().map(|board| board.blur_px).collect();
-    let Some(blur_px) = upper_median(&mut blur) else { return Ok(()) };
-    match blur_px > MOST_BLUR_PX {
-        true => Err(CalibrateError::TargetBlurred { blur_px, limit_px: MOST_BLUR_PX }),
-        false => Ok(()),
+    match upper_median(&mut blur) {
+        Some(blur_px) if blur_px > MOST_BLUR_PX => {
+            Err(CalibrateError::TargetBlurred { blur_px, limit_px: MOST_BLUR_PX })
+        }
+        blur_px => Ok(blur_px),
     }
 }
 
@@ -113,6 +117,7 @@ impl FoundAxis {
             pan_sigma_deg: stage_axis.pan_sigma_rad.to_degrees(),
             rows_rms_px: stage_axis.rows_rms_px(),
             corner_sigma_px: stage_axis.noise_factor * upper_median(&mut sigmas).unwrap_or(f64::NAN),
+            blur_px: self.blur_px,
             corners: stage_axis.points.len(),
             corners_of_target: self.corners_of_target,
             observations: stage_axis.residuals.len(),

@@ -53,6 +53,7 @@ mod stage;
 mod surface;
 mod target;
 mod threads;
+mod trend;
 mod ui;
 mod verdict;
 mod verify;
@@ -90,7 +91,7 @@ Examples:
   epirig init && epirig run --out tile              a rig profile, and a measurement with it
   epirig capture --out seq --step-mm 1.5 --frames 101";
 
-/// Computes disparity, height and their uncertainty from the frames of a capture rig.
+/// Computes disparity, height and uncertainty from the frames of a capture rig.
 #[derive(Debug, Parser)]
 #[command(name = "epirig", version, max_term_width = 100, after_help = EXIT_CODES, arg_required_else_help = true)]
 struct Cli {
@@ -155,6 +156,7 @@ verbs! {
     Evaluate = evaluate::Evaluate,
     Compare = compare::Compare,
     List = list::List,
+    Trend = trend::TrendVerb,
     View = view::View,
     Ui = ui::Ui,
     Export = export::Export,

@@ -8,7 +8,7 @@ use super::read::{parsed, record_bytes};
 use super::verdict::verdict_sentence;
 use super::{ResultsError, ResultsKind};
 use crate::number::{ascii, percent, plain, sigma, with_interval};
-use epirig_surface::conformity::{Conformity, Verdict};
+use epirig_surface::conformity::{Characteristic, Conformity, Verdict};
 use epirig_surface::{Combined, ScaleSigma};
 
 /// What was measured, how well that is known, and whether it is as planned.
@@ -106,6 +106,24 @@ pub struct SurfaceFacts {
     /// The answer.
     pub conclusion: Conclusion,
     levels: Option<LevelsFacts>,
+    conformity: Option<ConformityFacts>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct ConformityFacts {
+    judgements: Vec<JudgementFacts>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct JudgementFacts {
+    characteristic: Characteristic,
+    limits: LimitsFacts,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+struct LimitsFacts {
+    lower_mm: Option<f64>,
+    upper_mm: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -126,6 +144,7 @@ struct BudgetFacts {
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 struct CombinedFacts {
+    sigma_mm: f64,
     half_width_95_mm: f64,
 }
 
@@ -138,6 +157,18 @@ impl SurfaceFacts {
     /// Half the width of the depth's interval of 95 % coverage, in mm; `None` if that is not known.
     pub fn half_width_95_mm(&self) -> Option<f64> {
         Some(self.levels.as_ref()?.budget.combined.as_ref()?.half_width_95_mm)
+    }
+
+    /// Standard uncertainty of the depth, in mm; `None` if that is not known.
+    pub fn depth_sigma_mm(&self) -> Option<f64> {
+        Some(self.levels.as_ref()?.budget.combined.as_ref()?.sigma_mm)
+    }
+
+    /// Lower and upper limit of the depth, in mm; `None` if it was not judged.
+    pub fn depth_limits_mm(&self) -> Option<(Option<f64>, Option<f64>)> {
+        let mut judgements = self.conformity.as_ref()?.judgements.iter();
+        let of_depth = judgements.find(|one| one.characteristic == Characteristic::Depth)?;
+        Some((of_depth.limits.lower_mm, of_depth.limits.upper_mm))
     }
 }
 

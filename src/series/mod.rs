@@ -1,7 +1,14 @@
-//! Many sequences: what is below a folder, and what was measured of each.
+//! Many sequences: what is below a folder, what was measured of each, and whether that is steady.
 
+mod control_chart;
 mod entry;
 mod listing;
+mod measure;
+mod trend;
+mod trend_picture;
 
+pub use control_chart::{Change, ChartPoint, ControlChart, Pattern};
 pub use entry::{SequenceState, SeriesEntry};
 pub use listing::{Series, SortKey};
+pub use measure::Measure;
+pub use trend::{Trend, TrendValue};

@@ -52,5 +52,6 @@ mod support;
 mod surface;
 #[cfg(target_os = "linux")]
 mod system_limits;
+mod trend;
 mod verdicts;
 mod view;

@@ -1,0 +1,131 @@
+//! What is followed from sequence to sequence: a quantity is a line of this table.
+
+use std::path::Path;
+
+use crate::calibrate::{CALIBRATION, Calibration, read_calibration_file};
+use crate::results::{MatchSummary, ResultFiles, SurfaceFacts, read_surface_facts};
+use epirig_core::statistics::upper_median;
+use epirig_data::sequence::Sequence;
+
+epirig_core::choices! {
+    /// A quantity that is followed from sequence to sequence.
+    pub enum Measure {
+        /// Depth of the hollows, or height of the raised parts.
+        Depth = "depth",
+        /// Standard uncertainty of a typical disparity, by the noise.
+        Noise = "noise",
+        /// Share of the object that has a disparity.
+        Answered = "answered",
+        /// Distance of the object from the camera.
+        Distance = "distance",
+        /// Mean intensity of the frames.
+        Brightness = "brightness",
+        /// Change of the light from frame to frame.
+        Flicker = "flicker",
+        /// Blur of the target's edges: the focus.
+        Blur = "blur",
+        /// Positioning error of the stage, by the target.
+        StageError = "stage-error",
+        /// Roll of the camera against the stage axis.
+        Roll = "roll",
+        /// Pan of the camera against the stage axis.
+        Pan = "pan",
+    }
+}
+
+/// A value with its standard uncertainty, where that is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Measured {
+    pub(super) value: f64,
+    pub(super) sigma: Option<f64>,
+}
+
+/// What is known of a sequence.
+pub(super) struct Known {
+    sequence: Sequence,
+    calibration: Option<Calibration>,
+    matched: Option<MatchSummary>,
+    surface: Option<SurfaceFacts>,
+}
+
+type Read = fn(&Known) -> Option<Measured>;
+
+impl Measure {
+    /// Its unit; empty for a share.
+    pub fn unit(self) -> &'static str {
+        self.row().0
+    }
+
+    /// The value for a sequence; `None` if it was not measured.
+    pub(super) fn of(self, known: &Known) -> Option<Measured> {
+        self.row().1(known).filter(|measured| measured.value.is_finite())
+    }
+
+    fn row(self) -> (&'static str, Read) {
+        match self {
+            Self::Depth => ("mm", |known| {
+                let surface = known.surface.as_ref()?;
+                Some(Measured { value: surface.depth_mm()?, sigma: surface.depth_sigma_mm() })
+            }),
+            Self::Noise => ("px", |known| exact(known.matched.as_ref()?.median_sigma_px)),
+            Self::Answered => ("", |known| exact(Some(known.matched.as_ref()?.object_answered))),
+            Self::Distance => ("mm", |known| exact(known.matched.as_ref()?.distance_mm)),
+            Self::Brightness => ("DN", |known| {
+                let mut means: Vec<f64> = known.sequence.frames().iter().map(|frame| frame.mean_dn).collect();
+                exact(upper_median(&mut means))
+            }),
+            Self::Flicker => ("", |known| {
+                exact(known.calibration.as_ref()?.frame_gains.applied().map(|gains| gains.flicker))
+            }),
+            Self::Blur => ("px", |known| exact(axis(known)?.blur_px)),
+            Self::StageError => ("um", |known| {
+                exact(Some(known.calibration.as_ref()?.positions.positioning_error.as_ref()?.rms_um))
+            }),
+            Self::Roll => ("deg", |known| {
+                let axis = axis(known)?;
+                Some(Measured { value: axis.roll_deg, sigma: Some(axis.roll_sigma_deg) })
+            }),
+            Self::Pan => ("deg", |known| {
+                let axis = axis(known)?;
+                Some(Measured { value: axis.pan_deg, sigma: Some(axis.pan_sigma_deg) })
+            }),
+        }
+    }
+}
+
+fn exact(value: Option<f64>) -> Option<Measured> {
+    value.map(|value| Measured { value, sigma: None })
+}
+
+fn axis(known: &Known) -> Option<&crate::calibrate::StageAxisRecord> {
+    known.calibration.as_ref()?.stage_axis.as_ref()
+}
+
+impl Known {
+    /// Of the sequence in `folder`; what cannot be read, or does not belong to it, is left out.
+    pub(super) fn of(folder: &Path) -> Option<Self> {
+        let sequence = Sequence::open(folder).ok()?;
+        let uid = sequence.record().uid.clone();
+        let calibration = read_calibration_file(&folder.join(CALIBRATION)).ok();
+        let results = folder.join("results");
+        let opened =
+            ResultFiles::open_match(&results).ok().filter(|(_, summary)| summary.sequence_uid == uid);
+        let surface = read_surface_facts(&results.join("surface")).ok().filter(|facts| {
+            opened.as_ref().is_some_and(|(files, _)| facts.matched_blake3 == files.record_hash())
+        });
+        Some(Self {
+            calibration: calibration.filter(|calibration| calibration.sequence_uid == uid),
+            matched: opened.map(|(_, summary)| summary),
+            sequence,
+            surface,
+        })
+    }
+
+    /// Lower and upper limit of a quantity by which the surface was judged, in the unit of the quantity.
+    pub(super) fn limits(&self, measure: Measure) -> Option<(Option<f64>, Option<f64>)> {
+        match measure {
+            Measure::Depth => self.surface.as_ref()?.depth_limits_mm(),
+            _ => None,
+        }
+    }
+}
