@@ -130,11 +130,12 @@ fetch_guest_programs() {
 # --- Programs, initramfs, guest -------------------------------------------------------------------------------------------
 
 # Sets `epirig` and `tests`, the paths of the two programs; one run of cargo makes both, as tests depend on the program. The packages
-# are those of a build of everything, which then need no other one.
+# are those of a build of everything, which then need no other one; EPIRIG_LIGHT has more options of that.
 build() {
   (
     cd "$root"
-    CARGO_TARGET_DIR="$root/target" cargo test --release --workspace --locked --test virtual-rig --no-run \
+    # shellcheck disable=SC2086  # several words
+    CARGO_TARGET_DIR="$root/target" cargo test --release --workspace --locked ${EPIRIG_LIGHT:-} --test virtual-rig --no-run \
       --message-format json-render-diagnostics
   ) > built.json
   epirig=$(executable bin epirig)
