@@ -59,7 +59,7 @@ impl Trend {
                 Some(TrendValue { sequence, begun, value, sigma })
             })
             .collect();
-        let limits = read().filter_map(|(_, known)| known.limits(measure)).last();
+        let limits = read().rev().find_map(|(_, known)| known.limits(measure));
         let (lower_limit, upper_limit) = limits.unwrap_or_default();
         let numbers: Vec<f64> = values.iter().map(|value| value.value).collect();
         let chart = ControlChart::of(&numbers, baseline);

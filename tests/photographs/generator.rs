@@ -68,7 +68,7 @@ fn true_centroid(series: &Series, frame: usize, (x_mm, y_mm): (f64, f64)) -> (f6
 fn largest_blob_error(series: &Series) -> (usize, f64) {
     let pitch_mm = BLOB_PITCH_PX * series.taken.pixel_mm();
     let (mut found, mut largest) = (0, 0.0_f64);
-    for frame in 0..series.len() {
+    for frame in 0..series.count() {
         let light = series.light(frame);
         for (i, j) in (-10..=10).flat_map(|j| (-10..=10).map(move |i| (i, j))) {
             let at = (f64::from(i) * pitch_mm, f64::from(j) * pitch_mm);
@@ -111,7 +111,7 @@ fn motion_blur_leaves_blobs_in_their_places() {
 fn the_same_point_has_the_same_grey_value_in_all_frames() {
     for texture in TEXTURES {
         let series = Photographs { texture: texture.clone(), relief: Relief::Grooves, ..difficult() }.take();
-        let lights: Vec<_> = (0..series.len()).map(|frame| series.light(frame)).collect();
+        let lights: Vec<_> = (0..series.count()).map(|frame| series.light(frame)).collect();
         let (mut square, mut count, mut contrast) = (0.0, 0, 0.0);
         for (x, y) in (30..270).step_by(3).flat_map(|x| (30..170).step_by(3).map(move |y| (x, y))) {
             let point = series.seen(2, x as f64, y as f64);
@@ -171,7 +171,7 @@ fn disparity_is_the_movement_in_an_ideal_rectified_camera() {
         let series = Photographs { roll_deg, ..difficult() }.take();
         let axis = series.motion.rail_axes().row(2).transpose();
         let ideal = series.straightened();
-        let last = ideal.len() - 1;
+        let last = ideal.count() - 1;
         for (x, y) in [(150.0, 100.0), (40.0, 30.0), (200.0, 160.0)] {
             let point = ideal.seen(last, x, y);
             let first = ideal.pixel_in(0, &point);
@@ -292,7 +292,7 @@ fn frames_rectified_by_the_truth_are_those_of_an_ideal_camera() {
     let ideal = series.straightened();
     let (left, top) = (region.left + ideal.camera.centre().0, region.top + ideal.camera.centre().1);
     assert!(left.fract() == 0.0 && top.fract() == 0.0, "pixels do not lie on pixels");
-    for frame in [0, series.len() - 1] {
+    for frame in [0, series.count() - 1] {
         let rectified = series.rectified_by_truth(frame, &series.frame(frame), &region);
         let light = ideal.light(frame);
         let (mut square, mut count) = (0.0, 0);

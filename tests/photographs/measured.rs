@@ -150,7 +150,7 @@ fn bound(series: &Series, folder: &Path) -> Judged {
     let sequence = Sequence::open(&folder.join("bound")).unwrap();
     let results = open_results(&sequence, &folder.join("bound/results")).unwrap();
     let positions = &series.motion.positions_mm;
-    let mut order: Vec<usize> = (0..series.len()).collect();
+    let mut order: Vec<usize> = (0..series.count()).collect();
     order.sort_by(|a, b| positions[*a].total_cmp(&positions[*b]));
     let frame = order[results.matched.reference];
     let region = series.region();

@@ -43,7 +43,7 @@ fn names_tell_what_is_missing_or_not() {
     let asked = Photographs { missing: vec![2], jpeg_quality: None, ..Photographs::sized(40, 60, 4) };
     let names = |asked: &Photographs| {
         let series = asked.take();
-        (0..series.len()).map(|frame| series.file_name(frame)).collect::<Vec<_>>()
+        (0..series.count()).map(|frame| series.file_name(frame)).collect::<Vec<_>>()
     };
     assert_eq!(names(&asked), ["IMG_0001.png", "IMG_0003.png", "IMG_0004.png"]);
     let renumbered = Photographs { renumbered: true, ..asked.clone() };

@@ -186,5 +186,5 @@ fn main() {
     if arguments.rectified {
         series.write_rectified(&arguments.out.join("rectified"));
     }
-    println!("{} photographs: {}", series.len(), arguments.out.display());
+    println!("{} photographs: {}", series.count(), arguments.out.display());
 }

@@ -50,7 +50,7 @@ impl Series {
     pub fn write_photographs(&self, folder: &Path) {
         fs::create_dir_all(folder).unwrap();
         let focal_length = self.taken.exif_focal_length.then_some(self.camera.focal_length_px);
-        (0..self.len()).into_par_iter().for_each(|frame| {
+        (0..self.count()).into_par_iter().for_each(|frame| {
             let path = folder.join(self.file_name(frame));
             let exposed = self.exposed(frame);
             match self.taken.jpeg_quality {
@@ -99,12 +99,12 @@ impl Series {
             "depth_mm": self.surface.depth_mm,
             "direction": <[f64; 3]>::from(motion.direction),
             "rail_axes": [row(0), row(1), row(2)],
-            "files": (0..self.len()).map(|frame| self.file_name(frame)).collect::<Vec<_>>(),
+            "files": (0..self.count()).map(|frame| self.file_name(frame)).collect::<Vec<_>>(),
             "numbers": motion.numbers,
             "positions_mm": motion.positions_mm,
             "rotations": list(&motion.rotations),
             "offsets_mm": list(&motion.offsets_mm),
-            "gains": (0..self.len()).map(|frame| self.gain(frame)).collect::<Vec<_>>(),
+            "gains": (0..self.count()).map(|frame| self.gain(frame)).collect::<Vec<_>>(),
             "middle_frame": motion.middle(),
             "taken": format!("{:?}", self.taken),
         })
@@ -117,7 +117,7 @@ impl Series {
         fs::create_dir_all(folder).unwrap();
         let region = self.region();
         let positions = &self.motion.positions_mm;
-        let mut order: Vec<usize> = (0..self.len()).collect();
+        let mut order: Vec<usize> = (0..self.count()).collect();
         order.sort_by(|a, b| positions[*a].total_cmp(&positions[*b]));
         order.par_iter().enumerate().for_each(|(place, &frame)| {
             let rectified = self.rectified_by_truth(frame, &self.frame(frame), &region);

@@ -87,6 +87,6 @@ impl Series {
 
     /// All frames, in their order.
     pub fn frames(&self) -> Vec<Grid<u8>> {
-        (0..self.len()).into_par_iter().map(|frame| self.frame(frame)).collect()
+        (0..self.count()).into_par_iter().map(|frame| self.frame(frame)).collect()
     }
 }

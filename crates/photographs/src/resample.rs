@@ -57,7 +57,7 @@ impl Series {
             .into_par_iter()
             .map(|j| {
                 let is_covered = |i: &usize| {
-                    (0..self.len())
+                    (0..self.count())
                         .all(|frame| is_inside(self.rectified_pixel(frame, &origin, at(*i), at(j))))
                 };
                 (0..count).map(|i| is_covered(&i)).collect()

@@ -24,7 +24,7 @@ impl SurfacePoint {
 
 impl Series {
     /// Number of photographs that are there. Frames are counted from 0 in their order.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.motion.numbers.len()
     }
 
@@ -54,7 +54,7 @@ impl Series {
 
     /// Whether all frames see a point.
     pub fn is_in_all(&self, point: &SurfacePoint) -> bool {
-        (0..self.len()).all(|frame| self.has_pixel(self.pixel_in(frame, point)))
+        (0..self.count()).all(|frame| self.has_pixel(self.pixel_in(frame, point)))
     }
 
     /// The disparity of a point in an ideal rectified camera, in px: its column in the last frame less
