@@ -12,13 +12,11 @@ use super::need::{check, close_others};
 use super::scan_end::tell_results;
 use super::surface::known_heights;
 use super::{CliError, Talk};
-use crate::pipeline::{
-    OpenedResults, frame_in_dn, matched_frame, open_results, surface_need, surface_points,
-};
+use crate::pipeline::{OpenedResults, frame_in_dn, matched_frame, open_results, surface_mesh, surface_need};
 use crate::report::{MapPicture, Millimetres, ValueRange, Window, class_picture};
 use crate::results::{Look, MapRow, ResultFiles, ResultMap, ResultsError, ResultsKind, encoded_picture};
 use epirig_core::grid::Grid;
-use epirig_data::formats::{MapFacts, MapFormat, Quantity};
+use epirig_data::formats::{MapFacts, MapFormat, MeshFormat, Quantity};
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::parent;
 
@@ -40,27 +38,28 @@ struct Found {
 /// What the ending of a file asks for.
 enum Output {
     Map(MapFormat),
-    Points,
+    Mesh(MeshFormat),
     Picture,
 }
 
-const POINTS: &str = "ply";
 const PICTURE: &str = "png";
 
 impl Output {
     fn from_path(path: &Path) -> Option<Self> {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         match &extension[..] {
-            POINTS => Some(Self::Points),
             PICTURE => Some(Self::Picture),
-            other => MapFormat::from_extension(other).map(Self::Map),
+            other => MapFormat::from_extension(other)
+                .map(Self::Map)
+                .or_else(|| MeshFormat::from_extension(other).map(Self::Mesh)),
         }
     }
 
     /// All endings, as in `.pfm, .tiff or .npy`.
     fn extensions() -> String {
-        let formats = MapFormat::ALL.iter().map(|format| format.extension());
-        let all: Vec<String> = formats.chain([POINTS]).map(|extension| format!(".{extension}")).collect();
+        let maps = MapFormat::ALL.iter().map(|format| format.extension());
+        let meshes = MeshFormat::ALL.iter().map(|format| format.extension());
+        let all: Vec<String> = maps.chain(meshes).map(|extension| format!(".{extension}")).collect();
         format!("{} or .{PICTURE}", all.join(", "))
     }
 }
@@ -75,8 +74,10 @@ impl Output {
   epirig export seq --original --out on-photograph.tiff
   epirig export change --map difference --out difference.npy
 
-The extension chooses the format: {}. PLY (points) and X3P are for
-heights only. A folder that is missing is made.", Output::extensions())
+The extension chooses the format:
+{}.
+X3P, SDF, SUR and the surfaces of triangles (PLY, STL, OBJ) are for heights only. A folder that is
+missing is made.", Output::extensions())
 )]
 pub(super) struct Export {
     /// Folder of the sequence; for a difference, that of `epirig compare`
@@ -130,7 +131,7 @@ impl Export {
                 let encoded = format.encode_with(&found.map, &self.facts(&found));
                 encoded.map_err(|source| ResultsError::Format { path: self.out.clone(), source })?
             }
-            Output::Points => self.points(&found)?,
+            Output::Mesh(format) => self.mesh(&found, format)?,
             Output::Picture => self.picture(&found)?,
         };
         let place = parent(&self.out);
@@ -154,7 +155,12 @@ impl Export {
                 self.map
             )));
         }
-        if matches!(output, Output::Points | Output::Map(MapFormat::X3p)) {
+        let needs_mm = match output {
+            Output::Map(format) => format.is_for_lengths_only(),
+            Output::Mesh(_) => true,
+            Output::Picture => false,
+        };
+        if needs_mm {
             return Err(CliError::usage(format!(
                 "{} cannot be written with --original, because its pixels have no common size in mm; leave out \
                  --original, or choose another format",
@@ -258,18 +264,20 @@ impl Export {
         Ok(encoded_picture(&self.out, &picture)?)
     }
 
-    fn points(&self, found: &Found) -> Result<Vec<u8>, CliError> {
+    fn mesh(&self, found: &Found, format: MeshFormat) -> Result<Vec<u8>, CliError> {
         let heights = found.of.as_ref().and_then(|(_, opened)| opened.heights.as_ref());
         let Some(heights) = heights.filter(|_| self.map.row().look == Look::Relief) else {
-            return Err(CliError::usage(
-                ".ply is for points in space; give --map height or --map height-without-form".to_owned(),
-            ));
+            return Err(CliError::usage(format!(
+                ".{} is for points in space; give --map height or --map height-without-form",
+                format.extension()
+            )));
         };
         let MapRow { title, least_span, .. } = self.map.row();
         let about = format!(
             "{title} as z from the level {} mm away, towards the camera; x to the right, y up; {}",
             heights.distance_mm, found.source
         );
-        Ok(surface_points(heights, &found.map, ValueRange::of(&found.map, least_span), &[&about]))
+        let range = ValueRange::of(&found.map, least_span);
+        Ok(format.encode(&surface_mesh(heights, &found.map, range, about)))
     }
 }

@@ -16,6 +16,7 @@ use crate::pipeline::{
     MeasuredSurface, OpenedResults, PipelineError, SurfaceQuestions, half_frames, half_heights, halves_need,
     inspect_surface, open_results, steps_options, surface_need,
 };
+use crate::profile::{Override, Profile, ReportProfile};
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary, names};
 use epirig_core::fault::{Blame, Fault as _};
 use epirig_core::progress::Progress;
@@ -85,6 +86,10 @@ pub(super) struct Surface {
     l_filter_mm: Option<f64>,
     #[command(flatten)]
     verdict: VerdictArguments,
+    /// What the report says beside the results: a key of `[report]` in a profile, such as customer or object; may be given
+    /// several times [default: as recorded with the frames]
+    #[arg(long, value_name = "KEY=TEXT", hide_short_help = true)]
+    report: Vec<String>,
     #[command(flatten)]
     anyway: AnywayArgument,
 }
@@ -92,6 +97,7 @@ pub(super) struct Surface {
 impl Surface {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         self.verdict.check()?;
+        self.stated()?;
         let sequence = self.anyway.open(&self.seq, talk)?;
         let results = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
         let out = self.out.clone().unwrap_or_else(|| results.join("surface"));
@@ -121,7 +127,15 @@ impl Surface {
             profile_width_px: self.profile_width as usize,
             filters,
             specification: self.verdict.over(&opened.specification)?,
+            report: opened.report.clone().replaced_by(self.stated()?),
         })
+    }
+
+    /// What the report is to say, by the options.
+    fn stated(&self) -> Result<ReportProfile, CliError> {
+        let settings = self.report.iter().map(|text| Override::parse(&format!("report.{text}"), "--report"));
+        let settings: Vec<Override> = settings.collect::<Result<_, _>>()?;
+        Ok(Profile::of(&settings)?.report.clone())
     }
 }
 

@@ -6,6 +6,7 @@ use crate::calibrate::CalibrateError;
 use crate::report::ReportError;
 use crate::results::{ResultsError, ResultsMismatch};
 use epirig_core::fault::{Blame, Fault};
+use epirig_core::progress::Cancelled;
 use epirig_data::sequence::SequenceError;
 use epirig_matcher::MatchError;
 use epirig_matcher::evaluate::SplitHalfError;
@@ -42,6 +43,9 @@ pub enum PipelineError {
     /// The surface cannot be analysed.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 impl Fault for PipelineError {
@@ -53,6 +57,7 @@ impl Fault for PipelineError {
             Self::Results(error) => error.blame(),
             Self::Report(error) => error.blame(),
             Self::Surface(error) => error.blame(),
+            Self::Cancelled(error) => error.blame(),
             Self::Halves(_) | Self::Mismatch(_) | Self::NoSuchFrame { .. } => Blame::Data,
         }
     }

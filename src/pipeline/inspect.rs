@@ -1,6 +1,7 @@
 //! Analyses a surface, and writes files and pictures.
 
 use super::{OpenedResults, PipelineError};
+use crate::profile::ReportProfile;
 use crate::report::csv::{number, table};
 use crate::report::{Chart, MapPicture, Marks, Millimetres, Series, Window, class_picture};
 use crate::results::{
@@ -34,6 +35,8 @@ pub struct SurfaceQuestions {
     pub filters: Filters,
     /// Limits that the surface is compared with, and the rule.
     pub specification: Specification,
+    /// What the report says beside the results.
+    pub report: ReportProfile,
 }
 
 impl SurfaceQuestions {
@@ -49,6 +52,7 @@ impl SurfaceQuestions {
             profile_width_px: 1,
             filters,
             specification: opened.specification.clone(),
+            report: opened.report.clone(),
         }
     }
 }

@@ -45,7 +45,7 @@ pub use need::{
 };
 pub use opened::{OpenedResults, open_results};
 pub use photograph::{frame_in_dn, matched_frame};
-pub use points::surface_points;
+pub use points::surface_mesh;
 pub use rectified::rectify_sequence;
 pub use reported::{MeasuredSurface, inspect_surface};
 use summary::summarise;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{PipelineError, geometry};
 use crate::calibrate::{Calibration, InputHashes, frames_in_order, read_calibration};
-use crate::profile::{Profile, TargetProfile};
+use crate::profile::{Profile, ReportProfile};
 use crate::results::{MatchSummary, ResultFiles, ResultMap, ResultsError, ResultsKind, ResultsMismatch};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
@@ -33,6 +33,8 @@ pub struct OpenedResults {
     pub planned_mm: Option<f64>,
     /// What that profile asks of the surface (`target.tolerance`); without limits if none is recorded.
     pub specification: Specification,
+    /// What that profile wants the report to say (`report`).
+    pub report: ReportProfile,
 }
 
 impl OpenedResults {
@@ -158,7 +160,7 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
     let has_geometry = geometry.is_some();
     // The rig in records of another version may be unreadable; then nothing is compared.
     let rig = Profile::of_sequence(sequence).ok().flatten();
-    let asked = rig.map_or_else(TargetProfile::default, |rig| rig.target.clone());
+    let (asked, report) = rig.map(|rig| (rig.target.clone(), rig.report.clone())).unwrap_or_default();
     Ok(OpenedResults {
         files,
         matched,
@@ -169,5 +171,6 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
         has_geometry,
         planned_mm: asked.relief_mm,
         specification: asked.specification(),
+        report,
     })
 }

@@ -2,13 +2,13 @@
 
 use crate::report::{ValueRange, height_colour};
 use epirig_core::grid::Grid;
-use epirig_data::formats::{Vertex, ply};
+use epirig_data::formats::{Mesh, Vertex};
 use epirig_surface::Heights;
 
-/// `z_mm` (rows x columns, NaN for no point) as PLY: x to the right, y up and z towards the camera, in mm; and
+/// `z_mm` (rows x columns, NaN for no point) as a surface: x to the right, y up and z towards the camera, in mm; and
 /// two triangles between any four neighbours that have points. Colours are those of the pictures over
-/// `range`. Sigma, X and Y are those of `heights`, which have the same size. `about` goes into the header.
-pub fn surface_points(heights: &Heights, z_mm: &Grid<f32>, range: ValueRange, about: &[&str]) -> Vec<u8> {
+/// `range`. Sigma, X and Y are those of `heights`, which have the same size. `title` says what it shows.
+pub fn surface_mesh(heights: &Heights, z_mm: &Grid<f32>, range: ValueRange, title: String) -> Mesh {
     let (rows, columns) = (z_mm.rows(), z_mm.columns());
     let mut numbers = Grid::filled(rows, columns, None);
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
@@ -32,5 +32,5 @@ pub fn surface_points(heights: &Heights, z_mm: &Grid<f32>, range: ValueRange, ab
             }
         }
     }
-    ply(&vertices, &triangles, about)
+    Mesh { vertices, triangles, title }
 }

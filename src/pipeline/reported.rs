@@ -40,7 +40,8 @@ pub fn inspect_surface(
     let (opened, sequence) = (measured.opened, measured.sequence);
     let photograph = matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok();
     let photograph = photograph.as_ref();
-    folder.write(names::REPORT, surface_report(measured, &answers, photograph)?);
+    let report = surface_report(measured, (questions, &answers), photograph)?;
+    folder.write(names::REPORT, report);
     let taken = &sequence.record().created;
     write_answers(folder, measured.heights, &answers, (taken, photograph))?;
     Ok(answers.summary)
@@ -49,7 +50,7 @@ pub fn inspect_surface(
 /// The report of `answers` about a surface, as HTML.
 fn surface_report(
     measured: MeasuredSurface<'_>,
-    answers: &SurfaceAnswers,
+    (questions, answers): (&SurfaceQuestions, &SurfaceAnswers),
     matched_frame: Option<&Grid<f32>>,
 ) -> Result<String, PipelineError> {
     let MeasuredSurface { sequence, opened, heights, .. } = measured;
@@ -71,6 +72,7 @@ fn surface_report(
     let report = Report {
         name: sequence.name(),
         made: now(),
+        stated: questions.report.rows(),
         scan: Scan {
             record: sequence.record(),
             frames: sequence.frames(),

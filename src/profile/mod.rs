@@ -23,8 +23,8 @@ pub use error::{Mistake, Place, Problem, ProfileError};
 pub use overrides::{Override, overrides_from_environment};
 pub use recorded::RecordedRigError;
 pub use schema::{
-    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, SceneName,
-    SimProfile, StageProfile, TargetProfile, key_at as key,
+    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, ReportProfile,
+    SceneName, SimProfile, StageProfile, TargetProfile, key_at as key,
 };
 pub use whole::{Profile, Sections};
 

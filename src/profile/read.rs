@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 use super::Profile;
 use super::error::{Mistake, Problem, ProfileError};
 use super::schema::{
-    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, SceneName,
-    SimProfile, StageProfile, TargetProfile, default_of, stage,
+    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, ReportProfile,
+    SceneName, SimProfile, StageProfile, TargetProfile, default_of, stage,
 };
 use super::settings::{Settings, control_path};
 use super::value::{self, interpret};
@@ -96,6 +96,7 @@ impl Reader {
             target: TargetProfile::read(&mut value),
             board: BoardProfile::read(&mut value),
             limits: LimitsProfile::read(&mut value),
+            report: ReportProfile::read(&mut value),
             sim: SimProfile::read(&mut value),
         };
         for key in sections.stage.driver.keys() {

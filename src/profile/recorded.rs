@@ -124,7 +124,9 @@ impl Profile {
     /// [`ProfileError`] if they contradict each other.
     pub fn of_lens_and_targets(mut self) -> Result<Self, ProfileError> {
         self.settings.controls.clear();
-        self.settings.settings.retain(|setting| matches!(setting.key.section, "optics" | "target" | "board"));
+        self.settings
+            .settings
+            .retain(|setting| matches!(setting.key.section, "optics" | "target" | "board" | "report"));
         read(self.settings)
     }
 

@@ -3,8 +3,8 @@
 use std::ops::Deref;
 
 use super::schema::{
-    BoardProfile, CameraProfile, LimitsProfile, OpticsProfile, PlanProfile, SimProfile, StageProfile,
-    TargetProfile,
+    BoardProfile, CameraProfile, LimitsProfile, OpticsProfile, PlanProfile, ReportProfile, SimProfile,
+    StageProfile, TargetProfile,
 };
 use super::settings::Settings;
 
@@ -63,6 +63,8 @@ pub struct Sections {
     pub board: BoardProfile,
     /// The limits of a scan.
     pub limits: LimitsProfile,
+    /// What a report says beside the results.
+    pub report: ReportProfile,
     /// The simulated rig.
     pub sim: SimProfile,
 }

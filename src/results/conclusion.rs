@@ -135,6 +135,7 @@ struct LevelsFacts {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 struct DepthFacts {
     depth_mm: f64,
+    sigma_mm: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -162,6 +163,11 @@ impl SurfaceFacts {
     /// Standard uncertainty of the depth, in mm; `None` if that is not known.
     pub fn depth_sigma_mm(&self) -> Option<f64> {
         Some(self.levels.as_ref()?.budget.combined.as_ref()?.sigma_mm)
+    }
+
+    /// Standard uncertainty of the depth by the scatter within the scan alone, in mm; `None` if that is not known.
+    pub fn depth_scatter_mm(&self) -> Option<f64> {
+        self.levels.as_ref()?.depth.sigma_mm
     }
 
     /// Lower and upper limit of the depth, in mm; `None` if it was not judged.

@@ -38,6 +38,8 @@ epirig_core::choices! {
 pub(super) struct Measured {
     pub(super) value: f64,
     pub(super) sigma: Option<f64>,
+    /// The part of it that differs from scan to scan.
+    pub(super) scatter: Option<f64>,
 }
 
 /// What is known of a sequence.
@@ -65,7 +67,8 @@ impl Measure {
         match self {
             Self::Depth => ("mm", |known| {
                 let surface = known.surface.as_ref()?;
-                Some(Measured { value: surface.depth_mm()?, sigma: surface.depth_sigma_mm() })
+                let (sigma, scatter) = (surface.depth_sigma_mm(), surface.depth_scatter_mm());
+                Some(Measured { value: surface.depth_mm()?, sigma, scatter })
             }),
             Self::Noise => ("px", |known| exact(known.matched.as_ref()?.median_sigma_px)),
             Self::Answered => ("", |known| exact(Some(known.matched.as_ref()?.object_answered))),
@@ -83,18 +86,23 @@ impl Measure {
             }),
             Self::Roll => ("deg", |known| {
                 let axis = axis(known)?;
-                Some(Measured { value: axis.roll_deg, sigma: Some(axis.roll_sigma_deg) })
+                Some(scattered(axis.roll_deg, axis.roll_sigma_deg))
             }),
             Self::Pan => ("deg", |known| {
                 let axis = axis(known)?;
-                Some(Measured { value: axis.pan_deg, sigma: Some(axis.pan_sigma_deg) })
+                Some(scattered(axis.pan_deg, axis.pan_sigma_deg))
             }),
         }
     }
 }
 
 fn exact(value: Option<f64>) -> Option<Measured> {
-    value.map(|value| Measured { value, sigma: None })
+    value.map(|value| Measured { value, sigma: None, scatter: None })
+}
+
+/// A value whose uncertainty is that by noise.
+fn scattered(value: f64, sigma: f64) -> Measured {
+    Measured { value, sigma: Some(sigma), scatter: Some(sigma) }
 }
 
 fn axis(known: &Known) -> Option<&crate::calibrate::StageAxisRecord> {

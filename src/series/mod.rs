@@ -1,5 +1,6 @@
 //! Many sequences: what is below a folder, what was measured of each, and whether that is steady.
 
+mod characteristics;
 mod control_chart;
 mod entry;
 mod listing;
@@ -7,6 +8,7 @@ mod measure;
 mod trend;
 mod trend_picture;
 
+pub use characteristics::{Characteristics, RepeatedQuantity};
 pub use control_chart::{Change, ChartPoint, ControlChart, Pattern};
 pub use entry::{SequenceState, SeriesEntry};
 pub use listing::{Series, SortKey};

@@ -37,6 +37,8 @@ pub struct TrendValue {
     pub value: f64,
     /// Its standard uncertainty; `None` if that is not known.
     pub sigma: Option<f64>,
+    /// The part of it that differs from scan to scan, by noise; `None` if that is not known.
+    pub scatter: Option<f64>,
 }
 
 impl Trend {
@@ -54,9 +56,9 @@ impl Trend {
             || series.entries.iter().zip(known).filter_map(|(entry, known)| Some((entry, known.as_ref()?)));
         let values: Vec<TrendValue> = read()
             .filter_map(|(entry, known)| {
-                let Measured { value, sigma } = measure.of(known)?;
+                let Measured { value, sigma, scatter } = measure.of(known)?;
                 let (sequence, begun) = (entry.name.clone(), entry.created.clone());
-                Some(TrendValue { sequence, begun, value, sigma })
+                Some(TrendValue { sequence, begun, value, sigma, scatter })
             })
             .collect();
         let limits = read().rev().find_map(|(_, known)| known.limits(measure));

@@ -1,5 +1,5 @@
-//! What we write is read by other programs: NumPy, OpenCV, Pillow, plyfile and gsffile see the same numbers in all
-//! formats.
+//! What we write is read by other programs: NumPy, OpenCV, Pillow, plyfile, gsffile, surfalize and trimesh see the same
+//! numbers in all formats.
 
 use std::process::Command;
 
@@ -66,6 +66,20 @@ corners = [numpy.stack([ply["vertex"][axis][faces[:, corner]] for axis in "xy"],
 first, second = corners[1] - corners[0], corners[2] - corners[0]
 # Seen from the camera, which is where z points, corners go round against the clock.
 assert (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] > 0).all()
+import surfalize, trimesh
+for path in ("new/height.sdf", "new/height.sur"):
+    read = surfalize.Surface.load(path)
+    assert read.data.shape == (24, 64) and (numpy.isfinite(read.data) == region).all(), path
+    # In um. SUR counts in 32-bit whole numbers.
+    assert numpy.allclose(read.data, 1000 * rest.astype(float), rtol=1e-6, atol=2e-6, equal_nan=True), path
+    assert abs(read.step_x - 1875) < 5 and abs(read.step_y - 1875) < 5, (path, read.step_x)
+for path in ("new/surface.stl", "new/surface.obj"):
+    mesh = trimesh.load(path, process=False)
+    assert len(mesh.faces) == len(faces), path
+    # STL has three corners of its own for each triangle.
+    same = mesh.vertices.astype("f4")[mesh.faces] == numpy.stack([ply["vertex"][axis] for axis in "xyz"], 1)[faces]
+    assert same.all(), path
+    assert (mesh.face_normals[:, 2] > 0).all(), path
 profile = numpy.genfromtxt(surface + "/profile.csv", delimiter=",", names=True)
 assert profile.dtype.names == ("x_px", "y_px", "distance_mm", "height_mm", "sigma_mm") and len(profile) > 40
 row, columns = int(profile["y_px"][0]), profile["x_px"].astype(int)
@@ -87,14 +101,16 @@ assert frame.shape == (24, 64) and frame.dtype == numpy.uint8
 
 #[test]
 fn other_programs_read_the_same_numbers() {
-    let python = Command::new("python3").args(["-c", "import numpy, cv2, PIL, gsffile, plyfile"]).output();
+    let python = Command::new("python3")
+        .args(["-c", "import numpy, cv2, PIL, gsffile, plyfile, surfalize, trimesh"])
+        .output();
     if !python.is_ok_and(|output| output.status.success()) {
         assert!(
             std::env::var_os("EPIRIG_REQUIRE_PYTHON").is_none(),
-            "python3 with numpy, cv2, PIL, gsffile and plyfile is required"
+            "python3 with numpy, cv2, PIL, gsffile, plyfile, surfalize and trimesh is required"
         );
         eprintln!(
-            "SKIPPED other_programs_read_the_same_numbers: python3 with numpy, cv2, PIL, gsffile and plyfile is not there"
+            "SKIPPED other_programs_read_the_same_numbers: python3 with numpy, cv2, PIL, gsffile, plyfile, surfalize and trimesh is not there"
         );
         return;
     }
@@ -112,6 +128,10 @@ fn other_programs_read_the_same_numbers() {
         ("height-without-form", "new/surface.ply"),
         ("height-without-form", "new/height.gsf"),
         ("height-without-form", "new/height.x3p"),
+        ("height-without-form", "new/height.sdf"),
+        ("height-without-form", "new/height.sur"),
+        ("height-without-form", "new/surface.stl"),
+        ("height-without-form", "new/surface.obj"),
         ("height-sigma", "new/height-sigma.npy"),
         ("disparity", "new/disparity.gsf"),
         ("disparity", "new/disparity.npy"),

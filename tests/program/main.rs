@@ -5,6 +5,7 @@
 mod bad_input;
 mod calibrate_command;
 mod camera_commands;
+mod characterise;
 mod command_line;
 mod compare;
 mod dark_frames;

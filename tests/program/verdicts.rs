@@ -68,7 +68,21 @@ fn a_measurement_ends_with_its_verdict_and_every_verb_agrees() {
     let kept = fs::read_to_string(folder.join("seq/results/surface/report.html")).unwrap();
     assert_eq!(kept, report, "a wrong option costs nothing");
 
+    states_what_people_know(folder);
     lists_what_was_measured(folder, depth_mm);
+}
+
+/// What the profile and the options say beside the results stands in the report.
+fn states_what_people_know(folder: &Path) {
+    let surface = ["surface", "seq", "--overwrite", "--no-verdict", "--tolerance", "1.5..1.6 mm"];
+    let of = |more: &[&'static str]| [&surface[..], more].concat();
+    succeeds(folder, &of(&["--report", "customer=A & B", "--report", "serial_number=T-0042"]));
+    let report = fs::read_to_string(folder.join("seq/results/surface/report.html")).unwrap();
+    for wanted in ["As stated", "customer", "A &amp; B", "serial number", "T-0042"] {
+        assert!(report.contains(wanted), "{wanted} is not in the report");
+    }
+    fails(folder, &of(&["--report", "color=red"]), 2, &["report.color"]);
+    fails(folder, &of(&["--report", "customer"]), 2, &["--report"]);
 }
 
 #[test]

@@ -56,7 +56,7 @@ pub struct Photographs {
     pub noise: f64,
     /// How far a point in the middle plane moves while a photograph is exposed, in px.
     pub motion_blur_px: f64,
-    /// Radial distortion of the lens, as in [`Camera`].
+    /// Radial distortion of the lens, as in [`Camera`](super::Camera).
     pub k1: f64,
     /// Quality of the JPEG images; `None` for PNG.
     pub jpeg_quality: Option<u8>,

@@ -11,6 +11,7 @@ mod height;
 mod normal;
 mod outliers;
 mod profile;
+mod repeats;
 mod roughness;
 mod smooth;
 mod start;
@@ -25,6 +26,7 @@ pub use filter::Filters;
 pub use height::{Geometry, HalfHeights, Heights, ScaleSigma, heights};
 pub use outliers::find_outliers;
 pub use profile::{Profile, ProfileLine, ProfilePoint, profile};
+pub use repeats::{MeasurementNoise, NoiseOfPair, Repeatability};
 pub use roughness::{Roughness, roughness};
 pub use steps::{
     Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Part, Steps,

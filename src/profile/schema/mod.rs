@@ -3,6 +3,7 @@
 mod camera;
 mod optics;
 mod plan;
+mod report;
 mod section;
 mod sim;
 pub(super) mod stage;
@@ -16,6 +17,7 @@ use epirig_core::settings::{Key, Kind};
 pub use camera::CameraProfile;
 pub use optics::{FocalLength, OpticsProfile};
 pub use plan::{LimitsProfile, PlanProfile};
+pub use report::ReportProfile;
 pub(super) use section::{Section, default_of};
 pub use sim::{SceneName, SimProfile};
 pub use stage::StageProfile;
@@ -41,6 +43,7 @@ pub(super) static SECTIONS: &[Section] = &[
     TargetProfile::SECTION,
     BoardProfile::SECTION,
     LimitsProfile::SECTION,
+    ReportProfile::SECTION,
     SimProfile::SECTION,
 ];
 

@@ -170,6 +170,16 @@ fn what_is_left_out_has_the_promised_defaults() {
             wait: Duration::from_secs(300),
             shift_px: 0.1,
         },
+        report: ReportProfile {
+            customer: None,
+            object: None,
+            serial_number: None,
+            operator: None,
+            place: None,
+            temperature: None,
+            instrument: None,
+            procedure: None,
+        },
         sim: SimProfile {
             scene: SceneName::Plane,
             noise_dn: 0.0,

@@ -14,6 +14,8 @@ pub struct Report<'a> {
     pub name: String,
     /// When the report is made, as in RFC 3339.
     pub made: String,
+    /// What a person states beside the results: name and text.
+    pub stated: Vec<(String, &'a str)>,
     /// The scan.
     pub scan: Scan<'a>,
     /// The matcher's numbers and settings.

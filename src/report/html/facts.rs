@@ -46,6 +46,9 @@ pub(super) fn facts(report: &Report<'_>, height: Markup) -> Markup {
         (height)
         (pairs("Result", result(report)))
         @if let Some(conformity) = &report.surface.conformity { (limits::limits(conformity)) }
+        @if !report.stated.is_empty() {
+            (pairs("As stated", html! { @for (name, text) in &report.stated { (pair(name, text)) } }))
+        }
         (pairs("What was measured", object(report)))
         (pairs("With what", rig(report)))
         (pairs("How good", quality(report)))

@@ -38,6 +38,53 @@ impl MapFacts {
     pub(super) fn line(&self) -> String {
         self.title.replace(|letter: char| letter.is_control(), " ")
     }
+
+    /// The same in ASCII.
+    pub(super) fn ascii_line(&self) -> String {
+        ascii(&self.title)
+    }
+
+    /// Year, month, day, hour, minute and second of the time when the frames were taken, if known.
+    pub(super) fn taken_parts(&self) -> Option<[i16; 6]> {
+        let taken = self.taken.as_deref()?;
+        let part = |from: usize, to: usize| taken.get(from..to)?.parse().ok();
+        Some([part(0, 4)?, part(5, 7)?, part(8, 10)?, part(11, 13)?, part(14, 16)?, part(17, 19)?])
+    }
+}
+
+/// A text in one line of ASCII: control characters become spaces, and other letters question marks.
+pub(super) fn ascii(text: &str) -> String {
+    let plain = |letter: char| match letter {
+        _ if letter.is_control() => ' ',
+        _ if letter.is_ascii() => letter,
+        _ => '?',
+    };
+    text.chars().map(plain).collect()
+}
+
+/// What a format for surfaces needs to know of a map.
+pub(super) struct LengthMap {
+    /// Width and height of a pixel, in mm.
+    pub(super) pixel_mm: f64,
+}
+
+impl LengthMap {
+    /// Of a map of lengths with pixels whose size is known, for `format`.
+    pub(super) fn of(format: &'static str, map: &Grid<f32>, facts: &MapFacts) -> Result<Self, FormatError> {
+        let unsuitable = |reason| FormatError::Unsuitable { format, reason };
+        if facts.quantity != Quantity::LengthMm {
+            return Err(unsuitable(
+                "it is for heights and other lengths; choose such a map, or another format",
+            ));
+        }
+        let pixel_mm = facts
+            .usable_pixel_mm()
+            .ok_or_else(|| unsuitable("the size of its pixels in mm is not known; choose another format"))?;
+        if map.values().is_empty() {
+            return Err(unsuitable("it has no pixels"));
+        }
+        Ok(Self { pixel_mm })
+    }
 }
 
 /// Bytes of a map.
@@ -54,6 +101,8 @@ pub(super) struct Codec {
     pub(super) encode: Encode,
     /// Whether its files hold units, the pixel size or a title.
     pub(super) holds_facts: bool,
+    /// Whether it is for lengths alone, with pixels of a known size.
+    pub(super) lengths_only: bool,
     /// `None` if the format is only written.
     pub(super) decode: Option<Decode>,
 }

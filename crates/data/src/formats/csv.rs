@@ -8,6 +8,7 @@ pub(super) const CODEC: Codec = Codec {
     extensions: &["csv"],
     encode: |map, _| Ok(encode(map)),
     holds_facts: false,
+    lengths_only: false,
     decode: None,
 };
 

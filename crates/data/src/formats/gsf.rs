@@ -10,6 +10,7 @@ pub(super) const CODEC: Codec = Codec {
     extensions: &["gsf"],
     encode: |map, facts| Ok(encode(map, facts)),
     holds_facts: true,
+    lengths_only: false,
     decode: None,
 };
 

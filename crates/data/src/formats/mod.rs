@@ -1,4 +1,5 @@
-//! Maps in the file formats that other programs read: PFM, TIFF, NumPy, CSV, GSF and X3P; points as PLY.
+//! Maps in the file formats that other programs read: PFM, TIFF, NumPy, CSV, GSF, X3P, SDF and SUR; surfaces of
+//! triangles as PLY, STL and OBJ.
 //!
 //! Maps hold 32-bit floats, rows x columns. Unknown values are NaN in memory and in all formats but PFM, where
 //! they are infinity, as the Middlebury benchmark has it.
@@ -7,9 +8,15 @@ mod codec;
 mod csv;
 mod error;
 mod gsf;
+mod mesh;
+mod mesh_format;
 mod npy;
+mod obj;
 mod pfm;
 mod ply;
+mod sdf;
+mod stl;
+mod sur;
 mod tiff;
 mod x3p;
 
@@ -19,7 +26,8 @@ use codec::Codec;
 pub use codec::{MapFacts, Quantity};
 pub use error::FormatError;
 use error::malformed;
-pub use ply::{Vertex, ply};
+pub use mesh::{Mesh, Vertex};
+pub use mesh_format::MeshFormat;
 
 macro_rules! map_formats {
     ($($(#[$about:meta])* $name:ident = $codec:path,)*) => {
@@ -56,6 +64,10 @@ map_formats! {
     Gsf = gsf::CODEC,
     /// Surface texture of ISO 25178-72: floats in m. For lengths whose pixel size is known.
     X3p = x3p::CODEC,
+    /// Surface data file of ISO 25178-71, as text: heights in mm. For lengths whose pixel size is known.
+    Sdf = sdf::CODEC,
+    /// Surface of Digital Surf: 32-bit whole numbers, lengths in mm. For lengths whose pixel size is known.
+    Sur = sur::CODEC,
 }
 
 impl MapFormat {
@@ -73,6 +85,11 @@ impl MapFormat {
     /// Whether its files hold more than values: units, the pixel size or a title.
     pub fn holds_facts(self) -> bool {
         self.codec().holds_facts
+    }
+
+    /// Whether it is for lengths alone, whose pixels have a known size in mm.
+    pub fn is_for_lengths_only(self) -> bool {
+        self.codec().lengths_only
     }
 
     /// `map` as bytes of this format, with nothing but its values.
@@ -95,7 +112,8 @@ impl MapFormat {
     /// The map in `bytes`.
     ///
     /// # Errors
-    /// [`FormatError::Malformed`]. CSV, GSF and X3P are written for other programs and not read back.
+    /// [`FormatError::Malformed`]. What is written for other programs alone is not read back: CSV,
+    /// GSF, X3P, SDF and SUR.
     pub fn decode(self, bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
         let Codec { name, decode, .. } = self.codec();
         let decode =

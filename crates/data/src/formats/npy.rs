@@ -11,6 +11,7 @@ pub(super) const CODEC: Codec = Codec {
     extensions: &["npy"],
     encode: |map, _| encode(map),
     holds_facts: false,
+    lengths_only: false,
     decode: Some(decode),
 };
 

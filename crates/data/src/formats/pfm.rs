@@ -10,6 +10,7 @@ pub(super) const CODEC: Codec = Codec {
     extensions: &["pfm"],
     encode: |map, _| Ok(encode(map)),
     holds_facts: false,
+    lengths_only: false,
     decode: Some(decode),
 };
 

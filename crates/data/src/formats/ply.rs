@@ -1,23 +1,14 @@
 //! Points in space with their uncertainty and colour: PLY, binary, little endian.
 
-/// A point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Vertex {
-    /// x, y, z in mm.
-    pub place_mm: [f32; 3],
-    /// Standard deviation along z, in mm.
-    pub sigma_mm: f32,
-    /// Red, green and blue.
-    pub colour: [u8; 3],
-}
+use super::mesh::Mesh;
 
-/// Vertices x, y, z and sigma (all float, in mm), red, green and blue (uchar), and triangles between them, by the vertices' numbers from 0.
-///
-/// `comments` go into the header; line breaks in them become spaces.
-pub fn ply(vertices: &[Vertex], triangles: &[[u32; 3]], comments: &[&str]) -> Vec<u8> {
+/// Vertices x, y, z and sigma (all float, in mm), red, green and blue (uchar), and triangles between them, by the
+/// vertices' numbers from 0.
+pub(super) fn encode(mesh: &Mesh) -> Vec<u8> {
+    let Mesh { vertices, triangles, .. } = mesh;
     let mut header = "ply\nformat binary_little_endian 1.0\ncomment x, y, z and sigma in mm\n".to_owned();
-    for comment in comments {
-        header.push_str(&format!("comment {}\n", comment.replace(['\n', '\r'], " ")));
+    if !mesh.title.is_empty() {
+        header.push_str(&format!("comment {}\n", mesh.line()));
     }
     header.push_str(&format!("element vertex {}\n", vertices.len()));
     for name in ["x", "y", "z", "sigma"] {
@@ -45,12 +36,14 @@ pub fn ply(vertices: &[Vertex], triangles: &[[u32; 3]], comments: &[&str]) -> Ve
 
 #[cfg(test)]
 mod tests {
+    use super::super::mesh::Vertex;
     use super::*;
 
     #[test]
     fn a_triangle_byte_by_byte() {
         let vertex = |x: f32| Vertex { place_mm: [x, 2.0, 3.0], sigma_mm: 0.5, colour: [1, 2, 3] };
-        let bytes = ply(&[vertex(0.0), vertex(1.0), vertex(2.0)], &[[0, 1, 2]], &["made\nby hand"]);
+        let vertices = vec![vertex(0.0), vertex(1.0), vertex(2.0)];
+        let bytes = encode(&Mesh { vertices, triangles: vec![[0, 1, 2]], title: "made\nby hand".to_owned() });
         let header = "ply\nformat binary_little_endian 1.0\ncomment x, y, z and sigma in mm\ncomment made by hand\n\
                       element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float sigma\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
                       element face 1\nproperty list uchar uint vertex_indices\nend_header\n";

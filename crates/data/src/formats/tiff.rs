@@ -11,8 +11,14 @@ use super::codec::{Codec, MapFacts};
 use super::error::{FormatError, malformed};
 use epirig_core::grid::{Grid, area};
 
-pub(super) const CODEC: Codec =
-    Codec { name: "TIFF", extensions: &["tiff", "tif"], encode, holds_facts: true, decode: Some(decode) };
+pub(super) const CODEC: Codec = Codec {
+    name: "TIFF",
+    extensions: &["tiff", "tif"],
+    encode,
+    holds_facts: true,
+    lengths_only: false,
+    decode: Some(decode),
+};
 
 fn encode(map: &Grid<f32>, facts: &MapFacts) -> Result<Vec<u8>, FormatError> {
     let mut bytes = Cursor::new(Vec::new());

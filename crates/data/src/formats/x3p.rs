@@ -11,12 +11,12 @@ use md5::{Digest, Md5};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use super::codec::{Codec, MapFacts, Quantity};
+use super::codec::{Codec, LengthMap, MapFacts};
 use super::error::{FormatError, malformed};
 use epirig_core::grid::Grid;
 
 pub(super) const CODEC: Codec =
-    Codec { name: NAME, extensions: &["x3p"], encode, holds_facts: true, decode: None };
+    Codec { name: NAME, extensions: &["x3p"], encode, holds_facts: true, lengths_only: true, decode: None };
 
 const NAME: &str = "X3P";
 const DATA: &str = "bindata/data.bin";
@@ -25,16 +25,7 @@ const CHECKSUM: &str = "md5checksum.hex";
 const NO_TIME: &str = "1970-01-01T00:00:00Z";
 
 fn encode(map: &Grid<f32>, facts: &MapFacts) -> Result<Vec<u8>, FormatError> {
-    let unsuitable = |reason| FormatError::Unsuitable { format: NAME, reason };
-    if facts.quantity != Quantity::LengthMm {
-        return Err(unsuitable("it is for heights and other lengths; choose such a map, or another format"));
-    }
-    let pixel_mm = facts
-        .usable_pixel_mm()
-        .ok_or_else(|| unsuitable("the size of its pixels in mm is not known; choose another format"))?;
-    if map.values().is_empty() {
-        return Err(unsuitable("it has no pixels"));
-    }
+    let LengthMap { pixel_mm } = LengthMap::of(NAME, map, facts)?;
     let mut data = Vec::with_capacity(4 * map.values().len());
     map.values()
         .iter()
@@ -139,6 +130,7 @@ fn escaped(text: &str) -> String {
 mod tests {
     use std::io::Read;
 
+    use super::super::codec::Quantity;
     use super::*;
 
     #[test]

@@ -1,0 +1,61 @@
+//! What repeated scans tell of a rig.
+
+use std::path::Path;
+
+use epirig_data::formats::MapFormat;
+use serde_json::Value;
+
+use crate::support::{fails, succeeds};
+
+/// Root mean square of the known values of a map, and of these over those of another.
+fn errors(map: &Path, sigmas: &Path) -> [f64; 2] {
+    let read = |path: &Path| MapFormat::Tiff.decode(&std::fs::read(path).unwrap()).unwrap();
+    let (map, sigmas) = (read(map), read(sigmas));
+    let both = map.values().iter().zip(sigmas.values());
+    let known: Vec<(f64, f64)> = both
+        .filter(|(value, sigma)| value.is_finite() && sigma.is_finite())
+        .map(|(&value, &sigma)| (f64::from(value), f64::from(sigma)))
+        .collect();
+    let mean = |square: fn(&(f64, f64)) -> f64| known.iter().map(square).sum::<f64>() / known.len() as f64;
+    [mean(|(value, _)| value.powi(2)).sqrt(), mean(|(value, sigma)| (value / sigma).powi(2)).sqrt()]
+}
+
+#[test]
+fn noise_of_repeated_scans_is_that_about_the_true_plane() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let small = ["--set", "camera.size=160x120", "--set", "plan.frames=21", "--step-mm", "7.5"];
+    let noise = ["--set", "sim.scene=plane", "--set", "sim.noise=2 DN"];
+    for number in 1..=4 {
+        let (out, seed) = (format!("repeats/{number}"), format!("sim.seed={number}"));
+        let run = ["run", "--out", &out, "--rig", "sim", "--anyway", "--no-verdict", "--set", &seed];
+        succeeds(folder, &[&run[..], &small, &noise].concat());
+    }
+    let found: Value =
+        serde_json::from_str(&succeeds(folder, &["characterise", "repeats", "--json"])).unwrap();
+    assert_eq!(found["sequences"].as_array().unwrap().len(), 4);
+    let number = |name: &str| found["noise"][name].as_f64().unwrap();
+    // The object is a plane: what is left without the form is error. Noise is the part of it that does not repeat; as
+    // nothing but noise differs from a perfect rig, that is most of it.
+    let results = |n: usize| folder.join(format!("repeats/{n}/results"));
+    let of_scan =
+        |n| errors(&results(n).join("surface/height_mm.tiff"), &results(n).join("height_sigma_mm.tiff"));
+    let scans: Vec<[f64; 2]> = (1..=4).map(of_scan).collect();
+    let together = |which: usize| (scans.iter().map(|scan| scan[which].powi(2)).sum::<f64>() / 4.0).sqrt();
+    let share = number("noise_mm") / together(0);
+    assert!((0.6..1.1).contains(&share), "{share}: {found}, {scans:?}");
+    let share = number("over_claimed") / together(1);
+    assert!((0.6..1.1).contains(&share), "{share}: {found}, {scans:?}");
+    assert_eq!(number("pairs"), 3.0);
+    let quantities = found["quantities"].as_array().unwrap();
+    let of = |measure: &str| quantities.iter().find(|quantity| quantity["measure"] == measure).unwrap();
+    let distance = &of("distance")["repeatability"];
+    // The plane of the simulated rig is 900 mm away.
+    assert!((distance["mean"].as_f64().unwrap() - 900.0).abs() < 1.0, "{distance}");
+    assert!(distance["lower"].as_f64() < distance["deviation"].as_f64(), "{distance}");
+
+    let text = succeeds(folder, &["characterise", "repeats"]);
+    assert!(text.contains("N_M ") && text.contains("s_r ") && text.contains("claimed "), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    fails(folder, &["characterise", "repeats/1"], 2, &["1 of 1 sequences", "two at least"]);
+}
