@@ -14,7 +14,20 @@ from ._maps import VALIDITY, Maps
 from ._results import Results, Surface
 from ._rig import CapturedFrame, Rig
 from ._sequence import Sequence
-from ._verbs import capture, compare, demo, doctor, import_images, list_sequences, match_array, measure, plan, resume, trend
+from ._verbs import (
+    capture,
+    characterise,
+    compare,
+    demo,
+    doctor,
+    import_images,
+    list_sequences,
+    match_array,
+    measure,
+    plan,
+    resume,
+    trend,
+)
 
 __version__ = _version("epirig")
 # Threads that work still would be ended in the middle of it.
@@ -34,6 +47,7 @@ __all__ = [
     "Sequence",
     "Surface",
     "capture",
+    "characterise",
     "compare",
     "demo",
     "doctor",

@@ -1319,6 +1319,32 @@ def trend(
     return record
 
 
+def characterise(
+    *,
+    folder: Place = ".",
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Tell what the rig can do, from repeated scans of one object.
+
+    The same as ``epirig characterise``.
+
+    Parameters
+    ----------
+    folder
+        Folder to look below.
+    progress
+        Called with what is done, how many parts of it are done, and of how many.
+    """
+    record: dict[str, Any] = call(
+        "characterise",
+        words(
+            (None, folder, "."),
+        ),
+        progress,
+    )
+    return record
+
+
 class RigOptions:
     """A rig, as its profile and these options describe it; nothing is connected yet.
 
@@ -1471,7 +1497,7 @@ class SequenceVerbs:
         *,
         progress: Progress | None = None,
     ) -> dict[str, Any]:
-        """Check a sequence against its records: frames, calibration, results.
+        """Check frames, calibration and results against their records.
 
         The same as ``epirig verify``.
 
@@ -1764,6 +1790,7 @@ class SequenceVerbs:
         tolerance: str | float | None = None,
         decision_rule: Literal["guarded-risk", "guarded-coverage", "simple"] | None = None,
         risk_percent: str | float | None = None,
+        report: Several[str] = (),
         anyway: bool = False,
         progress: Progress | None = None,
     ) -> Surface:
@@ -1812,6 +1839,9 @@ class SequenceVerbs:
             alone). Without it: guarded-risk.
         risk_percent
             Largest probability of a wrong verdict, for guarded-risk. Without it: 5.
+        report
+            What the report says beside the results: a key of `[report]` in a profile, such as
+            customer or object; may be given several times. Without it: as recorded with the frames.
         anyway
             Continue although the scan is not closed and the positions of its frames are wrong.
         progress
@@ -1835,6 +1865,7 @@ class SequenceVerbs:
                 ("--tolerance", tolerance, None),
                 ("--decision-rule", decision_rule, None),
                 ("--risk-percent", risk_percent, None),
+                ("--report", report, ()),
                 ("--anyway", anyway, False),
             ),
             progress,

@@ -84,8 +84,10 @@ Examples:
   epirig demo                                       a simulated measurement, no hardware needed
   epirig measure photos/ --out first                your own photographs
   epirig calibrate tile                             lens, stage axis, positions, light
+  epirig match seq
   epirig view seq                                   maps and reasons, in a browser
   epirig ui --rig sim                               rig, scan and results, in a browser
+  epirig devices                                    serial ports and cameras
   epirig stage home && epirig stage move 12.5
   epirig init && epirig run --out tile              a rig profile, and a measurement with it
   epirig capture --out seq --step-mm 1.5 --frames 101";

@@ -10,7 +10,7 @@ use crate::profile::Profile;
 use crate::results::{ResultFiles, ResultsError, ResultsKind, results_beside};
 use epirig_data::sequence::{Finding, Origin, Sequence, verify};
 
-/// Check a sequence against its records: frames, calibration, results
+/// Check frames, calibration and results against their records
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  epirig verify seq\n\nThe exit code is 5 if anything differs from the records."
