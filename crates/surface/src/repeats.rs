@@ -119,7 +119,7 @@ pub struct MeasurementNoise {
     /// Half the width of its interval of 95 % coverage, in mm, by the scatter of the pairs; `None` for one pair.
     pub half_width_95_mm: Option<f64>,
     /// Root mean square of the differences over their standard uncertainties: about 1 if noise is what the sigmas of the
-    /// pixels claim, and less if they hold errors that repeat, too.
+    /// pixels claim. It is less if they hold errors that repeat, or are too large.
     pub over_claimed: f64,
     /// Number of pairs of maps.
     pub pairs: usize,
