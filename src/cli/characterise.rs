@@ -35,6 +35,9 @@ impl Characterise {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let series = Series::below(&self.folder)?;
         let found = Characteristics::of(&self.folder, &series, talk)?;
+        for problem in &found.problems {
+            talk.say(&format!("note: {problem}"));
+        }
         if found.sequences.len() < 2 {
             return Err(CliError::usage(format!(
                 "{} of {} sequences below {} are measured; repeats need two at least: scan the object again, and measure each \

@@ -6,6 +6,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choice::choice;
+use super::csv_table::{csv_table, refuse_both};
 use super::{CliError, Talk};
 use crate::number::{ascii, moment, plain, with_interval};
 use crate::series::{SequenceState, Series, SeriesEntry, SortKey};
@@ -53,11 +54,7 @@ struct ListOutput<'a> {
 
 impl List {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        if self.csv && talk.wants_json() {
-            return Err(CliError::usage(
-                "the list is printed as CSV or as JSON; give one of --csv and --json",
-            ));
-        }
+        refuse_both("list", self.csv, talk)?;
         let mut series = Series::below(&self.folder)?;
         series.sort(self.sort);
         series.keep(self.state, self.verdict);
@@ -68,7 +65,7 @@ impl List {
             talk.say(&format!("note: {closed}"));
         }
         if self.csv {
-            return talk.print(&csv(&series.entries)?);
+            return talk.print(&csv_table(&series.entries)?);
         }
         let output = ListOutput { sequences: &series.entries, closed: &series.closed };
         talk.result(&output, || match series.entries.is_empty() {
@@ -104,14 +101,4 @@ fn depth(entry: &SeriesEntry) -> String {
             ascii(&with_interval(depth_mm, half_width, "mm").replacen(" mm", "", 1))
         }
     }
-}
-
-/// The entries as a table, with the names of the JSON as its head.
-fn csv(entries: &[SeriesEntry]) -> Result<String, CliError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for entry in entries {
-        writer.serialize(entry).map_err(CliError::output)?;
-    }
-    let bytes = writer.into_inner().map_err(CliError::output)?;
-    String::from_utf8(bytes).map_err(CliError::output)
 }

@@ -10,6 +10,7 @@ mod colours;
 mod compare;
 mod completions;
 mod console;
+mod csv_table;
 mod decode;
 mod demo;
 mod devices;

@@ -6,11 +6,12 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choice::choice;
+use super::csv_table::{csv_table, refuse_both};
 use super::files::{refuse_taken, write_new};
 use super::{CliError, Talk};
 use crate::number::{ascii, moment, significant};
 use crate::results::encoded_picture;
-use crate::series::{Change, ControlChart, Measure, Series, Trend};
+use crate::series::{Change, ControlChart, Measure, Series, Trend, Trends};
 use epirig_core::choice::Choice as _;
 
 /// Values beyond chance that are printed; CSV and JSON have all.
@@ -70,30 +71,21 @@ struct Row<'a> {
 
 impl TrendVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        if self.csv && talk.wants_json() {
-            return Err(CliError::usage(
-                "the trend is printed as CSV or as JSON; give one of --csv and --json",
-            ));
-        }
+        refuse_both("trend", self.csv, talk)?;
         self.picture.as_deref().map(refuse_taken).transpose()?;
         let series = Series::below(&self.folder)?;
-        let problems: Vec<String> = series
-            .entries
-            .iter()
-            .filter_map(|entry| Some(format!("{}: {}", entry.name, entry.problem.as_ref()?)))
-            .chain(series.closed.iter().cloned())
-            .collect();
+        let Trends { trends, problems } =
+            Trends::of(&self.folder, &series, self.baseline.map(|count| count as usize));
         for problem in &problems {
             talk.say(&format!("note: {problem}"));
         }
-        let trends = Trend::all(&self.folder, &series, self.baseline.map(|count| count as usize));
         let looked_at = trends.iter().find(|trend| trend.measure == self.measure);
         if let Some(path) = &self.picture {
             let trend = looked_at.ok_or_else(|| self.nothing_to_draw(&trends))?;
             draw(trend, path)?;
         }
         if self.csv {
-            return talk.print(&csv(&trends)?);
+            return talk.print(&csv_table(rows(&trends))?);
         }
         talk.result(&TrendOutput { trends: &trends, problems: &problems }, || match trends.is_empty() {
             true => format!(
@@ -193,25 +185,19 @@ fn rounded(value: f64, scatter: f64) -> String {
     }
 }
 
-fn csv(trends: &[Trend]) -> Result<String, CliError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for trend in trends {
-        let Some(chart) = &trend.chart else { continue };
-        for (value, point) in trend.values.iter().zip(&chart.points) {
-            let patterns: Vec<&str> = point.patterns.iter().map(|pattern| pattern.name()).collect();
-            let row = Row {
-                measure: trend.measure,
-                unit: trend.unit,
-                sequence: &value.sequence,
-                begun: &value.begun,
-                value: value.value,
-                sigma: value.sigma,
-                moving_range: point.moving_range,
-                patterns: patterns.join(" "),
-            };
-            writer.serialize(row).map_err(CliError::output)?;
-        }
-    }
-    let bytes = writer.into_inner().map_err(CliError::output)?;
-    String::from_utf8(bytes).map_err(CliError::output)
+/// A row for each value of each quantity.
+fn rows(trends: &[Trend]) -> impl Iterator<Item = Row<'_>> {
+    let charts = trends.iter().filter_map(|trend| Some((trend, trend.chart.as_ref()?)));
+    charts.flat_map(|(trend, chart)| {
+        trend.values.iter().zip(&chart.points).map(|(value, point)| Row {
+            measure: trend.measure,
+            unit: trend.unit,
+            sequence: &value.sequence,
+            begun: &value.begun,
+            value: value.value,
+            sigma: value.sigma,
+            moving_range: point.moving_range,
+            patterns: point.patterns.iter().map(|pattern| pattern.name()).collect::<Vec<_>>().join(" "),
+        })
+    })
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Measure, SequenceState, Series, Trend};
+use super::{Measure, SequenceState, Series, Trend, Trends};
 use crate::pipeline::{PipelineError, open_results};
 use crate::results::ResultMap;
 use epirig_core::grid::Grid;
@@ -22,6 +22,8 @@ pub struct Characteristics {
     pub noise: Option<MeasurementNoise>,
     /// How every quantity repeats that records have.
     pub quantities: Vec<RepeatedQuantity>,
+    /// What could not be read of these sequences.
+    pub problems: Vec<String>,
 }
 
 /// How a quantity repeats.
@@ -67,9 +69,9 @@ impl Characteristics {
         }
         progress.end();
         let sequences = series.entries.iter().map(|entry| entry.name.clone()).collect();
-        let trends = Trend::all(folder, &series, None);
-        let quantities = trends.iter().filter_map(RepeatedQuantity::of).collect();
-        Ok(Self { sequences, noise: MeasurementNoise::of(&pairs), quantities })
+        let found = Trends::of(folder, &series, None);
+        let quantities = found.trends.iter().filter_map(RepeatedQuantity::of).collect();
+        Ok(Self { sequences, noise: MeasurementNoise::of(&pairs), quantities, problems: found.problems })
     }
 }
 

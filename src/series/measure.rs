@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use crate::calibrate::{CALIBRATION, Calibration, read_calibration_file};
-use crate::results::{MatchSummary, ResultFiles, SurfaceFacts, read_surface_facts};
+use crate::calibrate::{CALIBRATION, Calibration, has_calibration, read_calibration_file};
+use crate::results::{MatchSummary, ResultFiles, ResultsKind, SurfaceFacts, read_surface_facts};
+use epirig_core::fault::Fault;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::Sequence;
 
@@ -96,6 +97,19 @@ impl Measure {
     }
 }
 
+/// What was read; the reason if nothing was.
+fn kept<T, E: Fault>(read: Result<T, E>, problems: &mut Vec<String>) -> Option<T> {
+    read.map_err(|error| problems.push(error.message())).ok()
+}
+
+/// Whether a record belongs to this sequence.
+fn is_own(found: &str, uid: &str, name: &str, problems: &mut Vec<String>) -> bool {
+    if found != uid {
+        problems.push(format!("its {name} is of another sequence; make it anew with --overwrite"));
+    }
+    found == uid
+}
+
 fn exact(value: Option<f64>) -> Option<Measured> {
     value.map(|value| Measured { value, sigma: None, scatter: None })
 }
@@ -110,23 +124,30 @@ fn axis(known: &Known) -> Option<&crate::calibrate::StageAxisRecord> {
 }
 
 impl Known {
-    /// Of the sequence in `folder`; what cannot be read, or does not belong to it, is left out.
-    pub(super) fn of(folder: &Path) -> Option<Self> {
+    /// Of the sequence in `folder`, and the reason for each record that is there and is left out; `None` for no sequence.
+    pub(super) fn of(folder: &Path) -> Option<(Self, Vec<String>)> {
+        // Why a sequence or its surface cannot be read is told by its entry in the list.
         let sequence = Sequence::open(folder).ok()?;
         let uid = sequence.record().uid.clone();
-        let calibration = read_calibration_file(&folder.join(CALIBRATION)).ok();
         let results = folder.join("results");
-        let opened =
-            ResultFiles::open_match(&results).ok().filter(|(_, summary)| summary.sequence_uid == uid);
+        let mut problems = Vec::new();
+        let calibration = match has_calibration(folder) {
+            true => kept(read_calibration_file(&folder.join(CALIBRATION)), &mut problems),
+            false => None,
+        };
+        let opened = match ResultFiles::open_match(&results) {
+            Err(error) if error.is_missing() => None,
+            opened => kept(opened, &mut problems),
+        };
+        let calibration =
+            calibration.filter(|found| is_own(&found.sequence_uid, &uid, CALIBRATION, &mut problems));
+        let summary = ResultsKind::Match.summary();
+        let opened = opened.filter(|(_, found)| is_own(&found.sequence_uid, &uid, summary, &mut problems));
         let surface = read_surface_facts(&results.join("surface")).ok().filter(|facts| {
             opened.as_ref().is_some_and(|(files, _)| facts.matched_blake3 == files.record_hash())
         });
-        Some(Self {
-            calibration: calibration.filter(|calibration| calibration.sequence_uid == uid),
-            matched: opened.map(|(_, summary)| summary),
-            sequence,
-            surface,
-        })
+        let matched = opened.map(|(_, summary)| summary);
+        Some((Self { sequence, calibration, matched, surface }, problems))
     }
 
     /// Lower and upper limit of a quantity by which the surface was judged, in the unit of the quantity.

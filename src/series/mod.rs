@@ -13,4 +13,4 @@ pub use control_chart::{Change, ChartPoint, ControlChart, Pattern};
 pub use entry::{SequenceState, SeriesEntry};
 pub use listing::{Series, SortKey};
 pub use measure::Measure;
-pub use trend::{Trend, TrendValue};
+pub use trend::{Trend, TrendValue, Trends};

@@ -41,16 +41,34 @@ pub struct TrendValue {
     pub scatter: Option<f64>,
 }
 
-impl Trend {
-    /// Of every quantity that two or more sequences of the series below `folder` have. Limits of the charts come from
-    /// the first `baseline` values, or from all of them.
-    pub fn all(folder: &Path, series: &Series, baseline: Option<usize>) -> Vec<Self> {
-        let of = |name: &String| Known::of(&folder.join(name));
-        let known: Vec<Option<Known>> = series.entries.par_iter().map(|entry| of(&entry.name)).collect();
-        let trends = Measure::ALL.iter().map(|&measure| Self::of(measure, series, &known, baseline));
-        trends.filter(|trend| trend.chart.is_some()).collect()
-    }
+/// The trends of a series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trends {
+    /// Of every quantity that two or more sequences have.
+    pub trends: Vec<Trend>,
+    /// What could not be read, and of which sequence or folder.
+    pub problems: Vec<String>,
+}
 
+impl Trends {
+    /// Of the series below `folder`. Limits of the charts come from the first `baseline` values, or from all of them.
+    pub fn of(folder: &Path, series: &Series, baseline: Option<usize>) -> Self {
+        let of = |name: &String| Known::of(&folder.join(name));
+        let read: Vec<_> = series.entries.par_iter().map(|entry| of(&entry.name)).collect();
+        let mut problems = series.closed.clone();
+        let mut known = Vec::new();
+        for (entry, read) in series.entries.iter().zip(read) {
+            let (found, more) = read.unzip();
+            let all = entry.problem.iter().cloned().chain(more.unwrap_or_default());
+            problems.extend(all.map(|problem| format!("{}: {problem}", entry.name)));
+            known.push(found);
+        }
+        let trends = Measure::ALL.iter().map(|&measure| Trend::of(measure, series, &known, baseline));
+        Self { trends: trends.filter(|trend| trend.chart.is_some()).collect(), problems }
+    }
+}
+
+impl Trend {
     fn of(measure: Measure, series: &Series, known: &[Option<Known>], baseline: Option<usize>) -> Self {
         let read =
             || series.entries.iter().zip(known).filter_map(|(entry, known)| Some((entry, known.as_ref()?)));

@@ -87,6 +87,13 @@ fn a_drift_of_one_sigma_in_two_hundred_sequences_is_told_with_its_place() {
         |points: &[Value]| points.iter().filter(|point| point["patterns"] != Value::Array(vec![])).count();
     assert!(marked(&points[CHANGED..]) > 3 * marked(&points[..CHANGED]), "{}", told["trends"][0]);
 
+    // A record that cannot be read is told, and the others count.
+    fs::write(folder.join("tiles/t003/calibration.json"), "{").unwrap();
+    let told: Value = serde_json::from_str(&succeeds(folder, &["trend", "tiles", "--json"])).unwrap();
+    let problems = told["problems"].as_array().unwrap();
+    assert!(problems.len() == 1 && problems[0].as_str().unwrap().starts_with("t003: "), "{problems:?}");
+    assert_eq!(told["trends"][0]["values"].as_array().unwrap().len(), COUNT);
+
     fails(folder, &["trend", "tiles", "--baseline", "1"], 2, &["--baseline"]);
     fails(folder, &["trend", "seq", "--picture", "new.png"], 2, &["fewer than two sequences"]);
     assert!(succeeds(folder, &["trend", "seq"]).contains("too few for a trend"));
