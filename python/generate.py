@@ -33,6 +33,7 @@ FUNCTIONS = {
     "plan": ("plan", "dict[str, Any]", "record"),
     "list": ("list_sequences", "dict[str, Any]", "record"),
     "trend": ("trend", "dict[str, Any]", "record"),
+    "repeat": ("repeat", "dict[str, Any]", "record"),
     "characterise": ("characterise", "dict[str, Any]", "record"),
 }
 # Verbs as methods of a sequence.

@@ -25,6 +25,7 @@ from ._verbs import (
     match_array,
     measure,
     plan,
+    repeat,
     resume,
     trend,
 )
@@ -56,6 +57,7 @@ __all__ = [
     "match_array",
     "measure",
     "plan",
+    "repeat",
     "resume",
     "trend",
 ]

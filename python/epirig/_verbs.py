@@ -672,7 +672,7 @@ def measure(
     anyway: bool = False,
     progress: Progress | None = None,
 ) -> Sequence:
-    """Measure photographs: import, find the motion from their texture, match, and write the results.
+    """Measure photographs: find their motion, match, write the results.
 
     The same as ``epirig measure``.
 
@@ -1313,6 +1313,257 @@ def trend(
             ("--measure", measure, "depth"),
             ("--baseline", baseline, None),
             ("--picture", picture, None),
+        ),
+        progress,
+    )
+    return record
+
+
+def repeat(
+    count: int,
+    *,
+    out: Place,
+    anyway: bool = False,
+    rig: Place | None = None,
+    set: Several[str] = (),
+    step_mm: str | float | None = None,
+    frames: str | float | None = None,
+    start_mm: str | float | None = None,
+    settle_ms: str | float | None = None,
+    average: str | float | None = None,
+    wait_s: str | float | None = None,
+    focal_length_px: str | float | None = None,
+    port: str | float | None = None,
+    driver: Literal["native", "grbl", "zaber", "sim"] | None = None,
+    approach_mm: str | float | None = None,
+    tolerance_mm: str | float | None = None,
+    velocity_mm_s: str | float | None = None,
+    acceleration_mm_s2: str | float | None = None,
+    axis: Literal["x", "y", "z"] | None = None,
+    device: str | float | None = None,
+    microstep_um: str | float | None = None,
+    travel_mm: str | float | None = None,
+    position_noise_um: str | float | None = None,
+    backlash_um: str | float | None = None,
+    transcript: Place | None = None,
+    camera: str | float | None = None,
+    format: str | float | None = None,
+    size: str | float | None = None,
+    rate_hz: str | float | None = None,
+    exposure_us: str | float | None = None,
+    bayer: Literal["green", "binned"] | None = None,
+    patience_s: str | float | None = None,
+    control: Several[str] = (),
+    quick: bool = False,
+    method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
+    range: Several[float] | str | None = None,
+    reference: Literal["first", "middle", "last"] | int = "middle",
+    disparity_step: float = 0.25,
+    window: int | None = None,
+    search: Literal["factorised", "exhaustive"] = "factorised",
+    semi_global: bool = False,
+    interpolation: Literal["linear", "cubic", "b-spline"] = "b-spline",
+    ordering_constraint: Literal["on", "off", "auto"] = "auto",
+    occlusion: Literal["none", "one-side", "auto"] = "auto",
+    min_visible: float = 0.5,
+    max_sigma: float = 3,
+    min_confidence: float = 0.03,
+    wanted_sigma: float = 0.003,
+    no_fit: bool = False,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Scan and measure one object many times, and tell how the results repeat.
+
+    The same as ``epirig repeat``.
+
+    Parameters
+    ----------
+    count
+        How many scans there shall be.
+    out
+        Folder of the sequences.
+    anyway
+        Continue even if the checks forbid a scan.
+    rig
+        The rig's profile: a file; sim for the simulated rig, real for one with the faults of real
+        ones. Without it: ./rig.toml, else ~/.config/epirig/rig.toml, else none.
+    set
+        Change a key of the profile; may be repeated: set plan.step="2 mm".
+    step_mm
+        Distance between stops.
+    frames
+        Number of frames: one more than steps.
+    start_mm
+        Position of the first frame, from home. Without it: 0.
+    settle_ms
+        Time for which the stage vibrates after a move. Without it: 200.
+    average
+        Number of frames averaged at each stop, into one of 16 bit. Without it: 1.
+    wait_s
+        Longest wait for a device that has disconnected. Without it: 300.
+    focal_length_px
+        Focal length of the lens; a value in mm needs sensor_width.
+    port
+        The port: a path, usb:SERIAL, usb:VID:PID, or sim for a simulated device; by default the
+        only USB serial port [env: EPIRIG_PORT].
+    driver
+        The protocol of the stage: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in
+        memory [env: EPIRIG_DRIVER]. Without it: native.
+    approach_mm
+        Unidirectional approach against backlash: distance below each position from which it is
+        approached. Without it: 0.
+    tolerance_mm
+        Allowed error of the reported position, beyond half a step. Without it: 0.
+    velocity_mm_s
+        Velocity of a long move (native, sim).
+    acceleration_mm_s2
+        Acceleration and deceleration (native, sim).
+    axis
+        The axis of the stage (grbl). Without it: x.
+    device
+        Number of the device in its chain (zaber). Without it: 1.
+    microstep_um
+        Length of a microstep, from the data sheet; required (zaber).
+    travel_mm
+        Length of the travel; positions go from 0 to this (sim). Without it: 200.
+    position_noise_um
+        Standard deviation of the position at rest (sim). Without it: 0.
+    backlash_um
+        Backlash: play between screw and nut (sim). Without it: 0.
+    transcript
+        Record every byte in FILE (``epirig decode`` reads it); one that exists is refused.
+    camera
+        The camera; by default the only one. sim shows the simulated object, replay:FOLDER shows the
+        frames of a sequence [env: EPIRIG_CAMERA].
+    format
+        Pixel format; by default the deepest uncompressed grey.
+    size
+        Columns and rows; by default the largest size.
+    rate_hz
+        Frames per second; by default not changed.
+    exposure_us
+        Exposure time; under lamps on mains, whole half periods of the mains (10 ms at 50 Hz).
+    bayer
+        Use of a colour mosaic: the sum of the two green pixels of each cell, or of all four.
+    patience_s
+        Longest wait for a good frame, and for a steady picture. Without it: 10.
+    control
+        A control and its value, as often as needed: control gain=10.
+    quick
+        First look: takes some 60 % of the time. Uses half of the frames if there are a hundred or
+        more, looks for edges in small discs only, and searches occluding objects at half the
+        resolution, too. Sigma includes what that costs, except for relief finer than the discs;
+        objects narrower than some 20 px may be missed.
+    method
+        Cost function: how the samples along a line are compared.
+        - "variance": Variance of the intensities along the line; needs equal illumination.
+        - "normalised": Variance of locally normalised frames: for light that varies between frames
+          and over the image.
+        - "ncc-first": Correlation of windows with the reference frame's window.
+        - "ncc-mean": Correlation of windows with their mean.
+    range
+        Range of disparities, in px over the whole baseline, such as 420..434 or -60..0. Without it:
+        found from the data.
+    reference
+        The reference frame, whose pixels get a disparity: first, middle, last or an index from 0.
+        Most points of the middle frame are seen by most frames; the paper takes the first.
+    disparity_step
+        Step between disparity candidates, in px.
+    window
+        Side of the cost's window, odd, in px. Without it: 3 for variance and normalised, 7 for
+        correlation.
+    search
+        How candidates are searched: by sums over groups of frames, or by every sample as in the
+        paper (always so for correlation).
+        - "factorised": Sums over groups of neighbouring frames serve many candidates: many times
+          faster.
+        - "exhaustive": The samples of all frames for each candidate, as in the paper.
+    semi_global
+        Aggregate costs across rows (semi-global matching): for weak texture on surfaces that
+        continue from row to row. The search takes about twice as long.
+    interpolation
+        Interpolation of frames between pixels in the exhaustive search.
+        - "linear": Straight line between the two neighbours.
+        - "cubic": Cubic convolution over four neighbours (Keys 1981, a = -1/2).
+        - "b-spline": Cubic B-spline through all pixels of the row (Unser 1999), the most accurate.
+    ordering_constraint
+        Whether points keep their order from the first frame to the last.
+        - "on": Points keep their order: the paper's strictly increasing mapping.
+        - "off": Each pixel by itself: for objects that occlude others.
+        - "auto": On, unless the sampled rows show depth edges that no strictly increasing mapping
+          allows.
+    occlusion
+        Whether points may be occluded in part of the sequence.
+        - "none": Nothing is occluded: all frames that contain the candidate count.
+        - "one-side": A point may be occluded before or after the reference frame.
+        - "auto": One side without the ordering constraint, none with it.
+    min_visible
+        Share of the frames that must see a point, above 0 and at most 1.
+    max_sigma
+        Reject pixels whose sigma is larger, in px.
+    min_confidence
+        Reject pixels whose confidence is lower, 0 to 1 (only without the ordering constraint).
+    wanted_sigma
+        Let the discs of the sub-pixel fit grow where they leave a larger sigma than this, in px: up
+        to 115 px. ``float("inf")`` keeps all at one small size.
+    no_fit
+        Interpolate three costs by a parabola instead of the fit over all frames (always so for
+        correlation).
+    progress
+        Called with what is done, how many parts of it are done, and of how many.
+    """
+    record: dict[str, Any] = call(
+        "repeat",
+        words(
+            (None, count, REQUIRED),
+            ("--out", out, REQUIRED),
+            ("--anyway", anyway, False),
+            ("--rig", rig, None),
+            ("--set", set, ()),
+            ("--step-mm", step_mm, None),
+            ("--frames", frames, None),
+            ("--start-mm", start_mm, None),
+            ("--settle-ms", settle_ms, None),
+            ("--average", average, None),
+            ("--wait-s", wait_s, None),
+            ("--focal-length-px", focal_length_px, None),
+            ("--port", port, None),
+            ("--driver", driver, None),
+            ("--approach-mm", approach_mm, None),
+            ("--tolerance-mm", tolerance_mm, None),
+            ("--velocity-mm-s", velocity_mm_s, None),
+            ("--acceleration-mm-s2", acceleration_mm_s2, None),
+            ("--axis", axis, None),
+            ("--device", device, None),
+            ("--microstep-um", microstep_um, None),
+            ("--travel-mm", travel_mm, None),
+            ("--position-noise-um", position_noise_um, None),
+            ("--backlash-um", backlash_um, None),
+            ("--transcript", transcript, None),
+            ("--camera", camera, None),
+            ("--format", format, None),
+            ("--size", size, None),
+            ("--rate-hz", rate_hz, None),
+            ("--exposure-us", exposure_us, None),
+            ("--bayer", bayer, None),
+            ("--patience-s", patience_s, None),
+            ("--control", control, ()),
+            ("--quick", quick, False),
+            ("--method", method, "variance"),
+            ("--range", range, None),
+            ("--reference", reference, "middle"),
+            ("--disparity-step", disparity_step, 0.25),
+            ("--window", window, None),
+            ("--search", search, "factorised"),
+            ("--semi-global", semi_global, False),
+            ("--interpolation", interpolation, "b-spline"),
+            ("--ordering-constraint", ordering_constraint, "auto"),
+            ("--occlusion", occlusion, "auto"),
+            ("--min-visible", min_visible, 0.5),
+            ("--max-sigma", max_sigma, 3),
+            ("--min-confidence", min_confidence, 0.03),
+            ("--wanted-sigma", wanted_sigma, 0.003),
+            ("--no-fit", no_fit, False),
         ),
         progress,
     )

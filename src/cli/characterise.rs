@@ -1,6 +1,6 @@
 //! `epirig characterise`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -21,6 +21,8 @@ const AGREES: f64 = 0.05;
   epirig characterise repeats
   epirig characterise repeats --json
 
+`epirig repeat` takes the scans.
+
 The measurement noise N_M (ISO 25178-700) is the root mean square of the difference of successive
 heights, without its plane, over the root of 2. s_r is the repeatability standard deviation with its
 interval of 95 % coverage, and r the repeatability limit: two values differ by less than r with a
@@ -33,22 +35,27 @@ pub(super) struct Characterise {
 
 impl Characterise {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let series = Series::below(&self.folder)?;
-        let found = Characteristics::of(&self.folder, &series, talk)?;
-        for problem in &found.problems {
-            talk.say(&format!("note: {problem}"));
-        }
-        if found.sequences.len() < 2 {
-            return Err(CliError::usage(format!(
-                "{} of {} sequences below {} are measured; repeats need two at least: scan the object again, and measure each \
-                 scan",
-                found.sequences.len(),
-                series.entries.len(),
-                self.folder.display()
-            )));
-        }
-        talk.result(&found, || described(&found))
+        characterise(&self.folder, talk)
     }
+}
+
+/// Prints what the measured sequences below a folder tell of the rig.
+pub(super) fn characterise(folder: &Path, talk: &Talk) -> Result<(), CliError> {
+    let series = Series::below(folder)?;
+    let found = Characteristics::of(folder, &series, talk)?;
+    for problem in &found.problems {
+        talk.say(&format!("note: {problem}"));
+    }
+    if found.sequences.len() < 2 {
+        return Err(CliError::usage(format!(
+            "{} of {} sequences below {} are measured; repeats need two at least: scan the object again, and measure each \
+             scan",
+            found.sequences.len(),
+            series.entries.len(),
+            folder.display()
+        )));
+    }
+    talk.result(&found, || described(&found))
 }
 
 fn described(found: &Characteristics) -> String {

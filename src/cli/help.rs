@@ -39,10 +39,9 @@ pub(super) fn arranged(program: Command, extent: Extent) -> Command {
     let after = after(&program);
     match extent {
         Extent::Whole => program.after_help(after),
-        Extent::Screen => program.help_template(OVERVIEW).after_help(
-            "`epirig VERB -h` explains a verb, and `epirig VERB --help` all of it. `epirig --help` has the options that all \
-             verbs share, the exit codes, and examples.",
-        ),
+        Extent::Screen => program
+            .help_template(OVERVIEW)
+            .after_help("`epirig VERB -h` explains a verb. `epirig --help` has exit codes and examples."),
     }
 }
 

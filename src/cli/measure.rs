@@ -29,7 +29,7 @@ use epirig_data::sequence::import::Imported;
 use epirig_data::sequence::{FrameKind, Sequence, refuse_existing};
 use epirig_matcher::MatchOptions;
 
-/// Measure photographs: import, find the motion from their texture, match, and write the results
+/// Measure photographs: find their motion, match, write the results
 ///
 /// For a camera that moved along a line, without a rig: neither steps nor lens need be known. With
 /// --step-mm or --positions, and a focal length by EXIF or --focal-length-px, heights are in mm.

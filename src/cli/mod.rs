@@ -45,6 +45,7 @@ mod plan;
 mod progress;
 mod rectify;
 mod region;
+mod repeat;
 mod resume;
 mod rig;
 mod run;
@@ -150,6 +151,7 @@ verbs! {
     Capture = capture::Capture,
     Resume = resume::Resume,
     Run = run::Run,
+    Repeat = repeat::Repeat,
     Verify = verify::Verify,
     Calibrate = calibrate::CalibrateVerb,
     Rectify = rectify::Rectify,
@@ -173,7 +175,10 @@ verbs! {
 impl Verb {
     /// Whether the verb may take frames, which are logged.
     fn scans(&self) -> bool {
-        matches!(self, Self::Capture(_) | Self::Resume(_) | Self::Run(_) | Self::Demo(_) | Self::Ui(_))
+        matches!(
+            self,
+            Self::Capture(_) | Self::Resume(_) | Self::Run(_) | Self::Repeat(_) | Self::Demo(_) | Self::Ui(_)
+        )
     }
 
     /// Runs the verb in a log span of its own.

@@ -1,6 +1,6 @@
 //! `epirig resume`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -8,13 +8,14 @@ use super::match_arguments::MatchArguments;
 use super::need::{check_match, frames_of};
 use super::rig::{given, given_by_set};
 use super::run::{Existing, measure_captured};
-use super::scan::{Course, Devices, check_room, scan};
+use super::scan::{Captured, Course, Devices, check_room, scan};
 use super::verdict::VerdictArguments;
 use super::verify::refuse_another_rig;
 use super::{CliError, Talk};
 use crate::profile::{Override, Profile};
 use crate::rig::can_be_calibrated;
 use epirig_data::sequence::{FrameKind, Origin, Sequence, refuse_busy};
+use epirig_matcher::MatchOptions;
 
 /// Continue an interrupted scan
 #[derive(Debug, Args)]
@@ -72,25 +73,8 @@ impl Resume {
             }
             _ => {}
         }
-        let mut devices = Devices::of(&profile, None, talk)?;
         let options = self.matching.options();
-        let sequence = Sequence::open(&self.sequence)?;
-        if self.measure {
-            // A wrong option is reported before the scan.
-            let mut frames = frames_of(&sequence, None);
-            frames.count = devices.plan.positions_mm.len();
-            frames.sample_bytes = if can_be_calibrated(&profile) { 2 } else { frames.sample_bytes };
-            options.check(frames.rows, frames.columns, frames.count)?;
-            check_match(frames, &options, talk)?;
-        }
-        let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
-        let present = sequence.frames().len() + others.iter().sum::<usize>();
-        if present < devices.plan.positions_mm.len() + devices.plan.calibration_frames() {
-            refuse_busy(&self.sequence)?;
-            // A frame that does not fit stops the scan without loss, so a small disk is no reason to refuse.
-            check_room(&mut devices, &self.sequence, present, true, talk)?;
-        }
-        let captured = scan(devices, &self.sequence, Course::Resumed, talk)?;
+        let captured = resumed_scan(&profile, &self.sequence, self.measure.then_some(&options), talk)?;
         if self.measure {
             // A calibration and results that exist are those of fewer frames.
             return measure_captured(
@@ -121,6 +105,34 @@ impl Resume {
         refuse_another_rig(&sequence, &profile)?;
         Ok(profile)
     }
+}
+
+/// Takes the frames that the sequence in `folder` lacks, with the rig of a profile; and checks before that all of them can
+/// be matched with `options`, if they will be.
+pub(super) fn resumed_scan(
+    profile: &Profile,
+    folder: &Path,
+    options: Option<&MatchOptions>,
+    talk: &Talk,
+) -> Result<Captured, CliError> {
+    let mut devices = Devices::of(profile, None, talk)?;
+    let sequence = Sequence::open(folder)?;
+    if let Some(options) = options {
+        // A wrong option is reported before the scan.
+        let mut frames = frames_of(&sequence, None);
+        frames.count = devices.plan.positions_mm.len();
+        frames.sample_bytes = if can_be_calibrated(profile) { 2 } else { frames.sample_bytes };
+        options.check(frames.rows, frames.columns, frames.count)?;
+        check_match(frames, options, talk)?;
+    }
+    let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
+    let present = sequence.frames().len() + others.iter().sum::<usize>();
+    if present < devices.plan.positions_mm.len() + devices.plan.calibration_frames() {
+        refuse_busy(folder)?;
+        // A frame that does not fit stops the scan without loss, so a small disk is no reason to refuse.
+        check_room(&mut devices, folder, present, true, talk)?;
+    }
+    scan(devices, folder, Course::Resumed, talk)
 }
 
 /// Refuses a change that is not allowed during a scan.

@@ -11,7 +11,7 @@ use super::match_arguments::MatchArguments;
 use super::matching::{advise, brief};
 use super::need::check_match;
 use super::rig::RigArguments;
-use super::scan::{Captured, Course, Devices, scan};
+use super::scan::{Captured, Course, Devices, RESULTS, scan};
 use super::surface::{brief as brief_surface, measure_surface};
 use super::verdict::{VerdictArguments, answer};
 use super::{CliError, Talk};
@@ -64,31 +64,43 @@ struct RunOutput<'a> {
 impl Run {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let profile = self.rig.profile_with(self.verdict.changes())?;
-        let mut devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
-        // The folder is checked before anything moves.
-        refuse_existing(&self.out)?;
-        let report = examine_shortly(&mut devices, &profile, &self.out, talk)?;
-        if !self.anyway {
-            refuse_if_bad(&report)?;
-        }
-        // A wrong option is reported before the scan, which may take an hour.
         let options = self.matching.options();
-        let configuration = devices.camera.configure(&devices.plan.camera)?;
-        let frames = devices.plan.positions_mm.len();
-        options.check(configuration.rows, configuration.columns, frames)?;
-        let deep =
-            configuration.bit_depth > 8 || devices.plan.section.average > 1 || can_be_calibrated(&profile);
-        let held = Frames {
-            count: frames,
-            rows: configuration.rows,
-            columns: configuration.columns,
-            sample_bytes: if deep { 2 } else { 1 },
-        };
-        check_match(held, &options, talk)?;
-        let captured = scan(devices, &self.out, Course::New, talk)
+        let transcript = self.rig.stage.transcript();
+        let captured = checked_scan(&profile, transcript, (&self.out, &options), self.anyway, talk)
             .inspect_err(|error| tell_how_to_go_on(error, &self.out, &self.matching, talk))?;
         measure_captured(&captured, &self.out, &profile, (&options, Existing::Refused), &self.verdict, talk)
     }
+}
+
+/// Takes the new sequence `out` with the rig of a profile, after the checks that it passes; and that its frames can be
+/// matched with `options`.
+pub(super) fn checked_scan(
+    profile: &Profile,
+    transcript: Option<&Path>,
+    (out, options): (&Path, &MatchOptions),
+    anyway: bool,
+    talk: &Talk,
+) -> Result<Captured, CliError> {
+    let mut devices = Devices::of(profile, transcript, talk)?;
+    // The folder is checked before anything moves.
+    refuse_existing(out)?;
+    let report = examine_shortly(&mut devices, profile, out, talk)?;
+    if !anyway {
+        refuse_if_bad(&report)?;
+    }
+    // A wrong option is reported before the scan, which may take an hour.
+    let configuration = devices.camera.configure(&devices.plan.camera)?;
+    let frames = devices.plan.positions_mm.len();
+    options.check(configuration.rows, configuration.columns, frames)?;
+    let deep = configuration.bit_depth > 8 || devices.plan.section.average > 1 || can_be_calibrated(profile);
+    let held = Frames {
+        count: frames,
+        rows: configuration.rows,
+        columns: configuration.columns,
+        sample_bytes: if deep { 2 } else { 1 },
+    };
+    check_match(held, options, talk)?;
+    scan(devices, out, Course::New, talk)
 }
 
 /// Says how a scan that was interrupted goes on with the whole measurement.
@@ -107,6 +119,31 @@ pub(super) enum Existing {
     Replaced,
 }
 
+/// A scan that was measured.
+pub(super) struct Measured {
+    sequence: Sequence,
+    measurement: Measurement,
+    /// The numbers of the surface, if it could be measured, and where its report is.
+    pub(super) surface: Option<(SurfaceSummary, PathBuf)>,
+}
+
+/// Measures the sequence in `folder`.
+pub(super) fn measure_sequence(
+    folder: &Path,
+    profile: &Profile,
+    (options, existing): (&MatchOptions, Existing),
+    verdict: Option<&VerdictArguments>,
+    talk: &Talk,
+) -> Result<Measured, CliError> {
+    let (measurement, results) = measure_frames(profile, (options, existing), folder, None, talk)?;
+    results.commit()?;
+    let sequence = Sequence::open(folder)?;
+    let calibration = read_calibration(&sequence)?;
+    advise(&measurement, &sequence, calibration.as_ref(), talk);
+    let surface = measure_surface(folder, &folder.join(RESULTS), verdict, talk);
+    Ok(Measured { sequence, measurement, surface })
+}
+
 /// Measures the sequence in `folder`, which was captured, and prints the results.
 pub(super) fn measure_captured(
     captured: &Captured,
@@ -116,17 +153,13 @@ pub(super) fn measure_captured(
     verdict: &VerdictArguments,
     talk: &Talk,
 ) -> Result<(), CliError> {
-    let (measurement, results) = measure_frames(profile, (options, existing), folder, None, talk)?;
-    results.commit()?;
-    let sequence = Sequence::open(folder)?;
-    let calibration = read_calibration(&sequence)?;
-    advise(&measurement, &sequence, calibration.as_ref(), talk);
-    let results = folder.join("results");
-    let surface = measure_surface(folder, &results, Some(verdict), talk);
+    let Measured { sequence, measurement, surface } =
+        measure_sequence(folder, profile, (options, existing), Some(verdict), talk)?;
     let found = surface.as_ref();
     let summary = &measurement.summary;
     let output = RunOutput { captured, summary, surface: found.map(|(surface, _)| surface) };
     talk.result(&output, || {
+        let results = folder.join(RESULTS);
         let picture = found.map_or_else(|| results.join(names::DISPARITY), |(_, report)| report.clone());
         let (place, says) = found.map_or_else(Default::default, |(surface, _)| {
             (brief_surface(surface), format!("\n{}\n", answer(surface)))
@@ -172,7 +205,7 @@ pub(super) fn measure_frames(
     } else {
         None
     };
-    let results = ResultsFolder::create(&folder.join("results"), ResultsKind::Match, overwrite)?;
+    let results = ResultsFolder::create(&folder.join(RESULTS), ResultsKind::Match, overwrite)?;
     let view = View { figure_row: None, truth };
     let measurement =
         measure(&sequence, calibration.as_ref(), (options, &Region::default()), view, &results, talk)?;

@@ -20,7 +20,7 @@ use epirig_data::storage::{RealDisk, free_bytes};
 use epirig_devices::camera::{Camera, OpenCamera, ViewSwitch};
 
 /// Usual folder of the results in that of a sequence.
-const RESULTS: &str = "results";
+pub(super) const RESULTS: &str = "results";
 
 /// The devices of a profile, and the plan for them.
 pub(super) struct Devices<'a> {

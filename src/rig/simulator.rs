@@ -12,6 +12,8 @@ use epirig_simulator::{Bands, HandBoard, Scene, SimulatedScan, Simulator, Simula
 const SIZE: Size = Size { columns: 640, rows: 480 };
 /// Most pixels of a frame: more than any sensor has, but small enough for memory.
 const MOST_PIXELS: usize = 100_000_000;
+/// More exposures than a scan has. So many have numbers of their own in each of the 4000 scans of `sim.scan`.
+const MOST_EXPOSURES: u32 = 1 << 20;
 
 /// The simulation for the camera of a profile. Lens, distance and chess-boards are those of the profile, if
 /// it describes them.
@@ -75,6 +77,7 @@ fn add_faults(config: &mut SimulatorConfig, faults: &SimProfile) {
     if let Scene::Tile { bow_mm, .. } = scene {
         *bow_mm = faults.bow_mm;
     }
+    config.first_exposure = (faults.scan as u32).wrapping_mul(MOST_EXPOSURES);
     config.flicker = faults.flicker;
     config.drift = faults.drift;
     config.highlight = faults.highlight_dn / 255.0;
@@ -134,6 +137,16 @@ mod tests {
             (config("sim.seed=0"), config("sim.seed=5"), config("sim.texture_seed=5"));
         assert_eq!(first.texture, again.texture);
         assert_eq!((other.texture.seed, other.sensor, other.step_error), (5, first.sensor, first.step_error));
+    }
+
+    #[test]
+    fn another_scan_changes_nothing_of_the_rig() {
+        let config = |setting: &str| simulator_of(REAL, &[setting]).unwrap();
+        let (first, other) = (config("sim.scan=0"), config("sim.scan=3"));
+        assert!(other.first_exposure > 0);
+        assert_eq!(SimulatorConfig { first_exposure: 0, ..other.clone() }, first);
+        let [first, other] = [first, other].map(|config| Simulator::new(config).unwrap());
+        assert_ne!(first.expose(10.0, 1), other.expose(10.0, 1));
     }
 
     #[test]

@@ -53,7 +53,7 @@ pub struct SeriesEntry {
 
 impl SeriesEntry {
     /// Of the sequence in `folder`, which is called `name`.
-    pub(super) fn of(folder: &Path, name: String) -> Self {
+    pub fn of(folder: &Path, name: String) -> Self {
         let unknown = Self {
             name,
             created: String::new(),

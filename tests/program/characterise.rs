@@ -5,7 +5,7 @@ use std::path::Path;
 use epirig_data::formats::MapFormat;
 use serde_json::Value;
 
-use crate::support::{fails, succeeds};
+use crate::support::{epirig, fails, succeeds};
 
 /// Root mean square of the known values of a map, and of these over those of another.
 fn errors(map: &Path, sigmas: &Path) -> [f64; 2] {
@@ -24,20 +24,35 @@ fn errors(map: &Path, sigmas: &Path) -> [f64; 2] {
 fn noise_of_repeated_scans_is_that_about_the_true_plane() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let small = ["--set", "camera.size=160x120", "--set", "plan.frames=21", "--step-mm", "7.5"];
-    let noise = ["--set", "sim.scene=plane", "--set", "sim.noise=2 DN"];
+    let small = ["--size=160x120", "--frames=21", "--step-mm=7.5"];
+    let rig = ["--rig=sim", "--anyway", "--set=sim.scene=plane", "--set=sim.noise=2 DN"];
+    // Each scan ends once; one that is resumed has no fault.
+    let faults = ["--set=sim.faults=camera-gone@13", "--set=limits.wait=1 s"];
+    let repeat = |count: &'static str, rest: &[&'static str]| {
+        [&["repeat", count, "--out", "repeats"], rest, &small, &rig, &faults].concat()
+    };
     for number in 1..=4 {
-        let (out, seed) = (format!("repeats/{number}"), format!("sim.seed={number}"));
-        let run = ["run", "--out", &out, "--rig", "sim", "--anyway", "--no-verdict", "--set", &seed];
-        succeeds(folder, &[&run[..], &small, &noise].concat());
+        let output = epirig(folder, &repeat("4", &[]));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(7), "{said}");
+        assert!(said.contains("the same command goes on"), "{said}");
+        assert!((1..number).all(|done| said.contains(&format!("scan {done} of 4: "))), "{said}");
+        assert!(folder.join(format!("repeats/00{number}/sequence.json")).exists());
     }
-    let found: Value =
-        serde_json::from_str(&succeeds(folder, &["characterise", "repeats", "--json"])).unwrap();
+    fails(
+        folder,
+        &repeat("4", &["--set=plan.average=2"]),
+        2,
+        &["001", "another plan.average", "a new folder"],
+    );
+    let found: Value = serde_json::from_str(&succeeds(folder, &repeat("4", &["--json"]))).unwrap();
+    let again = succeeds(folder, &["characterise", "repeats", "--json"]);
+    assert_eq!(found, serde_json::from_str::<Value>(&again).unwrap());
     assert_eq!(found["sequences"].as_array().unwrap().len(), 4);
     let number = |name: &str| found["noise"][name].as_f64().unwrap();
     // The object is a plane: what is left without the form is error. Noise is the part of it that does not repeat; as
     // nothing but noise differs from a perfect rig, that is most of it.
-    let results = |n: usize| folder.join(format!("repeats/{n}/results"));
+    let results = |n: usize| folder.join(format!("repeats/{n:03}/results"));
     let of_scan =
         |n| errors(&results(n).join("surface/height_mm.tiff"), &results(n).join("height_sigma_mm.tiff"));
     let scans: Vec<[f64; 2]> = (1..=4).map(of_scan).collect();
@@ -57,5 +72,5 @@ fn noise_of_repeated_scans_is_that_about_the_true_plane() {
     let text = succeeds(folder, &["characterise", "repeats"]);
     assert!(text.contains("N_M ") && text.contains("s_r ") && text.contains("claimed "), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
-    fails(folder, &["characterise", "repeats/1"], 2, &["1 of 1 sequences", "two at least"]);
+    fails(folder, &["characterise", "repeats/001"], 2, &["1 of 1 sequences", "two at least"]);
 }

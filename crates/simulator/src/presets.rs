@@ -96,5 +96,6 @@ fn ideal(scene: Scene, optics: Optics, grains_mm: f64, (travel_mm, frames): (f64
         drift: 0.0,
         highlight: 0.0,
         step_error: StepError::default(),
+        first_exposure: 0,
     }
 }

@@ -86,6 +86,14 @@ pub struct SimulatorConfig {
     /// Error of the carriage's position against the reported one.
     #[serde(default)]
     pub step_error: StepError,
+    /// Number of the first exposure: other numbers give other noise and other light of the same rig.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub first_exposure: u32,
+}
+
+/// Records that are older than this number are equal to those without it.
+fn is_zero(number: &u32) -> bool {
+    *number == 0
 }
 
 /// The simulated rig.
@@ -234,6 +242,7 @@ impl Simulator {
     /// The frame that the sensor makes of `irradiance`; `exposure` seeds the noise and the lamp, as in
     /// [`expose`](Self::expose).
     pub fn digitise(&self, irradiance: &Grid<f32>, exposure: u32) -> Frame {
+        let exposure = self.config.first_exposure.wrapping_add(exposure);
         let lamp = lamp::gain(self.config.flicker, self.config.sensor.seed, exposure);
         self.config.sensor.digitise(irradiance, lamp, exposure)
     }

@@ -30,6 +30,8 @@ section! {
         "noise" => noise_dn: f64 = measure(DN, Allowed::ZeroOrMore), like "1 DN" or "0 DN";
         /// Seed of all random numbers but those of the texture: the same seed gives the same frames.
         "seed" => seed: u64 = Kind::Whole(0, i64::MAX), like "7" or "0";
+        /// Number of the scan: with another one, the same rig has other noise, and another flicker.
+        "scan" => scan: u64 = Kind::Whole(0, 4000), like "2" or "0";
         /// Seed of the texture: another one is another object of the same shape.
         "texture_seed" => texture_seed: u64 = Kind::Whole(0, i64::MAX), like "2" or "1";
         /// Whether moves and frames take real time.

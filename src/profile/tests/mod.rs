@@ -184,6 +184,7 @@ fn what_is_left_out_has_the_promised_defaults() {
             scene: SceneName::Plane,
             noise_dn: 0.0,
             seed: 0,
+            scan: 0,
             texture_seed: 1,
             real_time: false,
             roll_rad: 0.0,
