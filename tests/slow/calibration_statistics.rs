@@ -17,6 +17,7 @@ use epirig_core::tau::Tau;
 use epirig_matcher::evaluate::match_halves;
 use epirig_matcher::{EQUAL_DISCS_PX, GROWN_DISCS_PX, MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Bands, Optics, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError, Texture};
+use epirig_surface::conformity::{DecisionRule, Limits, Rule, Value, Verdict};
 use epirig_surface::{Geometry, ScaleSigma, Steps, StepsOptions, TrendKind, find_steps, heights};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -72,6 +73,22 @@ struct Normalised {
     depth: f64,
     /// Whether the 95 % interval, with all contributions of the budget, holds the true depth.
     interval_holds: bool,
+    /// The depth with its uncertainty, as a verdict is reached from it.
+    value: Value,
+}
+
+/// How often a rule of risk `risk` decides wrongly: the shares of rigs whose depth passes although it does not conform, and
+/// fails although it does. The true depth lies at the limit itself, where that happens most.
+fn wrong_verdicts(rigs: &[Normalised], risk: f64) -> [f64; 2] {
+    /// Too little to count, and enough to lie on one side.
+    const HARDLY_MM: f64 = 1e-9;
+    let rule = Rule { decision: DecisionRule::GuardedRisk, risk };
+    let share = |lower_mm: f64, verdict: Verdict| {
+        let limits = Limits::new(Some(lower_mm), None).unwrap();
+        let counted = rigs.iter().filter(|rig| rule.decide(rig.value, limits).0 == verdict).count();
+        counted as f64 / rigs.len() as f64
+    };
+    [share(DEPTH_MM + HARDLY_MM, Verdict::Pass), share(DEPTH_MM - HARDLY_MM, Verdict::Fail)]
 }
 
 fn one_rig(seed: u64) -> Normalised {
@@ -138,13 +155,19 @@ fn one_rig(seed: u64) -> Normalised {
     let freedom = depth.degrees_of_freedom.unwrap();
     let wider = (freedom / (freedom - 2.0)).sqrt();
     let depth_sigma_mm = depth.scale_sigma_mm.hypot(wider * depth.sigma_mm.unwrap());
+    let combined = budget.combined.unwrap();
     Normalised {
         roll: (direction.roll_rad - config.optics.roll_rad) / stage_axis.roll_sigma_rad,
         pan: (direction.pan_rad - config.optics.pan_rad) / stage_axis.pan_sigma_rad,
         tau,
         baseline: (positioning.baseline_mm - true_baseline_mm) / positioning.baseline_sigma_mm,
         depth: (depth.depth_mm - DEPTH_MM) / depth_sigma_mm,
-        interval_holds: (depth.depth_mm - DEPTH_MM).abs() <= budget.combined.unwrap().half_width_95_mm,
+        interval_holds: (depth.depth_mm - DEPTH_MM).abs() <= combined.half_width_95_mm,
+        value: Value {
+            value_mm: depth.depth_mm,
+            sigma_mm: Some(combined.sigma_mm),
+            degrees_of_freedom: combined.degrees_of_freedom,
+        },
     }
 }
 
@@ -195,6 +218,19 @@ fn errors_scatter_as_stated() {
     }
     // The share of 200 intervals is known to 1.5 %.
     assert!((0.95 - 0.05 * wider..=0.95 + 0.04 * wider).contains(&held), "{held}");
+    for risk in [0.05, 0.2] {
+        let shares = wrong_verdicts(&rigs, risk);
+        println!(
+            "risk {risk}: {:.1} % pass wrongly, {:.1} % fail wrongly",
+            100.0 * shares[0],
+            100.0 * shares[1]
+        );
+        // Four standard deviations of a count of which each is wrong with this probability.
+        let bound = risk + 4.0 * (risk * (1.0 - risk) / count as f64).sqrt();
+        assert!(shares.iter().all(|&share| share <= bound), "risk {risk}: {shares:?}");
+        // Nor are intervals so wide that nothing is decided.
+        assert!(shares[0] + shares[1] >= risk / 4.0, "risk {risk}: {shares:?}");
+    }
 }
 
 fn statistics(errors: &[f64]) -> (f64, f64) {

@@ -1,5 +1,6 @@
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
+import { AnswerCard } from './components/AnswerCard';
 import { AppBar } from './components/AppBar';
 import { ColourBar } from './components/ColourBar';
 import { KeySheet } from './components/KeySheet';
@@ -19,6 +20,7 @@ function ResultsView() {
     <main class="results">
       <h1 class="unseen">Results</h1>
       <div class="left">
+        <AnswerCard />
         <ToolBar />
         <div class="map-row">
           <MapCanvas />

@@ -275,6 +275,17 @@ test('a region is answered at once, whatever panel is open, and its drag asks on
   await expect(panel.getByRole('button', { name: 'Clear' })).toBeVisible();
 });
 
+test('the answer stands over the map, and leads to its details', async ({ page }) => {
+  await open(page);
+  const { surface } = await resultsOf(page);
+  const { depth, sentence, verdict, verdict_sentence } = surface!.conclusion;
+  const answer = page.getByRole('region', { name: 'Answer' });
+  for (const words of [verdict?.toUpperCase() ?? '', depth ?? '', verdict_sentence ?? sentence])
+    await expect(answer).toContainText(words.replaceAll('+-', '±'));
+  await answer.getByRole('button', { name: 'Details' }).click();
+  await expect(page.getByRole('tabpanel', { name: 'Steps' })).toContainText(sentence.replace('+-', '±'));
+});
+
 test('the budget of the uncertainty is readable at any width', async ({ page }) => {
   for (const [width, height] of [
     [1280, 720],

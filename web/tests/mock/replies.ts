@@ -118,6 +118,7 @@ export const SURFACE = {
   conclusion: {
     sentence:
       'hollows 0.1999 mm +- 0.0079 mm deep (95 % coverage, baseline taken as exact), as planned: 0.2 mm lies within the interval',
+    depth: '0.1999 mm +- 0.0079 mm',
     planned_mm: 0.2,
     as_planned: true,
     verdict: 'pass',
