@@ -1062,7 +1062,11 @@ export type SequenceEntry = { name: string, created: string, frames: number, pla
 /**
  * The depth that `epirig surface` found, with its 95 % interval, in ASCII.
  */
-depth: string | null, };
+depth: string | null, 
+/**
+ * The verdict about the surface; `None` without limits.
+ */
+verdict: 'pass' | 'fail' | 'undecided' | null, };
 
 export type SequenceInfo = { name: string, uid: string, created: string, frames: number, rows: number, columns: number, bit_depth: number, ended: string, end_in_words: string | null, origin: string, };
 

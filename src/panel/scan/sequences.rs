@@ -8,6 +8,7 @@ use crate::panel::error::PanelError;
 use crate::panel::shared::SharedState;
 use crate::results::{read_surface_facts, results_beside};
 use epirig_data::sequence::{ExitStatus, Origin, Sequence, sequences_in};
+use epirig_surface::conformity::Verdict;
 
 #[derive(Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -21,6 +22,9 @@ pub(in crate::panel) struct SequenceEntry {
     measured: bool,
     /// The depth that `epirig surface` found, with its 95 % interval, in ASCII.
     depth: Option<String>,
+    /// The verdict about the surface; `None` without limits.
+    #[cfg_attr(test, ts(as = "Option<crate::panel::page_type_tests::Names<Verdict>>"))]
+    verdict: Option<Verdict>,
 }
 
 /// The sequences, the newest first. One whose records cannot be read is left out.
@@ -36,6 +40,8 @@ pub(in crate::panel) fn sequences(shared: &SharedState) -> Vec<SequenceEntry> {
 fn entry(sequence: &Sequence, name: String) -> SequenceEntry {
     let record = sequence.record();
     let ended = sequence.stop().map(|stop| stop.exit_status);
+    let surface = read_surface_facts(&sequence.folder().join("results/surface")).ok();
+    let conclusion = surface.map(|facts| facts.conclusion);
     let was_captured = matches!(record.origin, Origin::Captured { .. });
     SequenceEntry {
         created: record.created.clone(),
@@ -43,9 +49,8 @@ fn entry(sequence: &Sequence, name: String) -> SequenceEntry {
         planned: record.frames,
         ended: sequence.ended(),
         can_be_resumed: was_captured && !matches!(ended, Some(ExitStatus::Complete | ExitStatus::NotClosed)),
-        depth: read_surface_facts(&sequence.folder().join("results/surface"))
-            .ok()
-            .and_then(|facts| facts.conclusion.depth),
+        verdict: conclusion.as_ref().and_then(|conclusion| conclusion.verdict),
+        depth: conclusion.and_then(|conclusion| conclusion.depth),
         measured: results_beside(sequence.folder()).iter().any(|results| results == "results"),
         name,
     }

@@ -134,6 +134,7 @@ export const SEQUENCES: SequenceEntry[] = [
     can_be_resumed: false,
     measured: true,
     depth: '0.2000 mm +- 0.0079 mm',
+    verdict: 'pass',
   },
   {
     name: 'tile-0411',
@@ -144,6 +145,7 @@ export const SEQUENCES: SequenceEntry[] = [
     can_be_resumed: false,
     measured: false,
     depth: null,
+    verdict: null,
   },
   {
     name: 'tile-0410',
@@ -154,6 +156,7 @@ export const SEQUENCES: SequenceEntry[] = [
     can_be_resumed: true,
     measured: false,
     depth: null,
+    verdict: null,
   },
 ];
 
