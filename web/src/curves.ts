@@ -46,6 +46,24 @@ function drawMark(plot: uPlot, mark: { at: number; half: number }, colours: Pale
   context.restore();
 }
 
+function drawPlaces(plot: uPlot, places: number[], colours: Palette): void {
+  const { ctx: context, bbox } = plot;
+  context.save();
+  context.strokeStyle = context.fillStyle = colours.text;
+  context.lineWidth = devicePixelRatio;
+  context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+  context.textBaseline = 'top';
+  places.forEach((place, index) => {
+    const at = plot.valToPos(place, 'x', true);
+    context.beginPath();
+    context.moveTo(at, bbox.top);
+    context.lineTo(at, bbox.top + bbox.height);
+    context.stroke();
+    context.fillText(String(index + 1), at + 3 * devicePixelRatio, bbox.top);
+  });
+  context.restore();
+}
+
 function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Options {
   const series = props.curves.map((curve): uPlot.Series => {
     const colour = curve.tone === 'muted' ? colours.muted : colours[curve.tone];
@@ -80,7 +98,12 @@ function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Op
     legend: { show: props.legend ?? false, live: false },
     cursor: { y: false, drag: { setScale: false, x: false, y: false }, points: { size: 7 } },
     hooks: {
-      draw: [(plot) => props.mark && drawMark(plot, props.mark, colours)],
+      draw: [
+        (plot) => {
+          if (props.mark) drawMark(plot, props.mark, colours);
+          if (props.places) drawPlaces(plot, props.places, colours);
+        },
+      ],
       setCursor: [(plot) => props.onCursor?.(plot.cursor.left! >= 0 ? (plot.cursor.idx ?? null) : null)],
     },
   };
@@ -107,5 +130,8 @@ function spanOf(_plot: uPlot, low: number | null, high: number | null): uPlot.Ra
 /** Draws the curves into `box`. */
 export function plotCurves(box: HTMLElement, props: CurveProps, colours: Palette): uPlot {
   const data = [props.x, ...props.curves.map((curve) => curve.values)] as uPlot.AlignedData;
-  return new uPlot(optionsOf(props, Math.max(box.clientWidth, 100), colours), data, box);
+  const plot = new uPlot(optionsOf(props, Math.max(box.clientWidth, 100), colours), data, box);
+  const { onPick } = props;
+  if (onPick) plot.over.addEventListener('click', (event) => onPick(plot.posToVal(event.offsetX, 'x')));
+  return plot;
 }

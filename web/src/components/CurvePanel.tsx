@@ -31,6 +31,10 @@ export interface CurveProps {
   /** Index to mark because another pane points at it. */
   cursor?: number | null;
   legend?: boolean;
+  /** Vertical lines that are numbered from 1, in units of x. */
+  places?: number[] | null;
+  /** The place in units of x that was clicked. */
+  onPick?: (at: number) => void;
 }
 
 /** Height in px of the page, unless told otherwise. */
@@ -48,7 +52,7 @@ export function CurvePanel(props: CurveProps) {
     import('../curves').then(setDrawing, () => undefined);
   }, []);
   const colours = palette.value;
-  const { x, curves, mark, height, cursor } = props;
+  const { x, curves, mark, height, cursor, places } = props;
 
   useEffect(() => {
     const box = place.current;
@@ -64,7 +68,7 @@ export function CurvePanel(props: CurveProps) {
       made.destroy();
       plot.current = null;
     };
-  }, [drawing, x, curves, mark?.at, mark?.half, height, colours]);
+  }, [drawing, x, curves, mark?.at, mark?.half, height, colours, places]);
 
   useEffect(() => {
     const held = plot.current;

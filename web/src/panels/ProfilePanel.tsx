@@ -1,4 +1,4 @@
-import { useMemo, useRef } from 'preact/hooks';
+import { useMemo, useRef, useState } from 'preact/hooks';
 import { api, type LineInfo, type LinePoint } from '../api';
 import { CurvePanel, type Curve } from '../components/CurvePanel';
 import { NumberField } from '../components/NumberField';
@@ -7,6 +7,8 @@ import { refuse } from '../store/notices';
 import { profile } from '../store/questions';
 import { lengths, results } from '../store/results';
 import { drawing, hover, line, select } from '../store/selection';
+import { moved, within, type Cursors } from './between';
+import { ProfileCursors } from './ProfileCursors';
 
 interface Columns {
   x: number[];
@@ -57,7 +59,10 @@ export function ProfilePanel() {
   const ends = drawn.current;
   const { value: info, error, loading } = profile.state.value;
   const { label, factor } = lengths.value;
+  const [put, setCursors] = useState<Cursors | null>(null);
   const columns = useMemo(() => info && columnsOf(info, factor), [info, factor]);
+  // Another line may be shorter.
+  const cursors = useMemo(() => put && columns && within(put, columns.x), [put, columns]);
   if (!results.value?.results) return null;
   if (!ends) {
     return (
@@ -116,7 +121,10 @@ export function ProfilePanel() {
               const point = index === null ? undefined : columns.points[index];
               hover.value = point ? { x: Math.round(point.x_px), y: Math.round(point.y_px) } : null;
             }}
+            places={cursors}
+            onPick={(at) => cursors && setCursors(moved(cursors, at))}
           />
+          <ProfileCursors points={columns.points} cursors={cursors} onChange={setCursors} />
         </div>
       )}
     </section>
