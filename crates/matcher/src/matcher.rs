@@ -312,6 +312,7 @@ fn matched(
         // A free search has windows that lie to one side of a pixel.
         refine_edges(task, &mut guess, 1 + options.window_px / 2);
     }
+    progress.unless_cancelled()?;
     if let Some(area) = area {
         area.forget_beside(&mut guess);
     }

@@ -119,7 +119,9 @@ pub(crate) fn fit(
     for _ in 1..options.steps {
         steps.take(&mut current)?;
     }
+    progress.unless_cancelled()?;
     steps.find_gains(&current);
+    progress.unless_cancelled()?;
     let turns = Turns::new();
     let minimum_frames = options.rule.minimum_frames;
     let (Observations { maps, template, residual }, sums) = steps.observations(&current, 1, |row| {
@@ -143,6 +145,7 @@ pub(crate) fn fit(
         outliers
     });
     drop(residual);
+    progress.unless_cancelled()?;
     let guess = Guess { map: &current, origin: steps.origin };
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
     let Fused { disparity: found, variance, texture, light } = fused(
@@ -169,6 +172,7 @@ pub(crate) fn fit(
         });
         biases
     });
+    progress.unless_cancelled()?;
     let mut disparity = current;
     let mut sigma = Grid::filled(rows, columns, 0.0);
     let out = disparity.values_mut().par_chunks_mut(columns).zip(sigma.values_mut().par_chunks_mut(columns));

@@ -148,7 +148,9 @@ pub(super) fn fused(
 ) -> Result<Fused, Cancelled> {
     let mut blur = EXPECTED_BLUR;
     let slants = guess_is_fitted.then(|| SurfacePlanes::of_surface(guess, OneSurface::FINE.slant));
+    progress.unless_cancelled()?;
     let light = take_off_light(&mut observations, &template, guess, slants.as_ref());
+    progress.unless_cancelled()?;
     if let Some(slants) = slants {
         let found = take_off_drift(&mut observations, &template, &slants);
         // What is left of a step edge is spread by all of the blur: its drift was the part that goes
@@ -167,6 +169,7 @@ pub(super) fn fused(
     };
     progress.unless_cancelled()?;
     raise_by_residuals(level, &observed, &mut surface, observations.noise_gain);
+    progress.unless_cancelled()?;
     let Surface { disparity, mut variance, addition, .. } = surface;
     variance.values.par_iter_mut().zip(&addition.values).for_each(|(variance, more)| *variance += more);
     Ok(Fused { disparity, variance, texture: texture(level, &observed), light })
