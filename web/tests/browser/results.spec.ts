@@ -394,7 +394,7 @@ test('changed results that cannot be loaded are not told to be there, and are tr
     await route.fulfill({ json: { ...known, results: 'other' } });
   });
   // The first look finds them, loading asks once more who is there, and the second look lets them be.
-  await expect.poll(() => looks, { timeout: 20_000 }).toBeGreaterThanOrEqual(3);
+  await expect.poll(() => looks).toBeGreaterThanOrEqual(3);
   await quiet(page);
   await expect(page.getByRole('alert')).toContainText('match.json is damaged');
   await expect(page.getByText('these are the new ones')).toHaveCount(0);

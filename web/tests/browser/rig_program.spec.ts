@@ -5,7 +5,7 @@ import type { LiveMapHead, RigState } from '../../src/rig/api';
 // sequences and the rig that `.ci/run` names.
 const LINK = process.env.EPIRIG_UI;
 test.skip(!LINK, 'needs the link of epirig ui');
-test.describe.configure({ mode: 'serial', timeout: 180_000 });
+test.describe.configure({ mode: 'serial' });
 
 /** The rig: a lens of 25 mm with a sensor 9 mm wide, 900 mm before the tile. */
 const COLUMNS = 512;
@@ -109,21 +109,19 @@ test('a scan is started, left, paused, resumed and measured', async ({ browser, 
   await open(page, 'scan');
   await page.getByRole('button', { name: 'Start', exact: false }).first().click();
   await expect(page.getByRole('progressbar', { name: 'Scan' })).toBeVisible();
-  await expect
-    .poll(async () => (await state(page)).scan?.map?.frames ?? 0, { timeout: 60_000 })
-    .toBeGreaterThan(3);
+  await expect.poll(async () => (await state(page)).scan?.map?.frames ?? 0).toBeGreaterThan(3);
   const early = await errorOfMap(page);
   await page.getByRole('button', { name: 'Pause', exact: true }).click();
-  await expect.poll(async () => (await state(page)).scan?.state, { timeout: 30_000 }).toBe('paused');
+  await expect.poll(async () => (await state(page)).scan?.state).toBe('paused');
   await page.close();
   // Another browser comes back to it.
   const other = await (await browser.newContext()).newPage();
   await open(other, 'scan');
   await other.getByRole('button', { name: 'Resume', exact: true }).first().click();
   await expect.poll(async () => (await state(other)).scan?.state, { timeout: 120_000 }).toBe('done');
-  await expect.poll(async () => (await state(other)).task, { timeout: 30_000 }).toBeNull();
+  await expect.poll(async () => (await state(other)).task).toBeNull();
   await expect
-    .poll(async () => (await state(other)).scan?.map?.frames, { timeout: 30_000 })
+    .poll(async () => (await state(other)).scan?.map?.frames)
     .toBe((await state(other)).scan?.planned);
   const late = await errorOfMap(other);
   expect(late.error).toBeLessThan(early.error);

@@ -10,7 +10,6 @@ test.skip(!process.env.LOOK, 'set LOOK=1 to take pictures');
 for (const [size, width, height] of SIZES) {
   for (const theme of ['dark', 'light'] as const) {
     test(`look at the scan, ${size}, ${theme}`, async ({ page }) => {
-      test.setTimeout(120_000);
       await page.setViewportSize({ width, height });
       await page.emulateMedia({ colorScheme: theme });
       for (const name of Object.keys(STATES)) {
