@@ -1,6 +1,6 @@
 // What the tests share: the link, the truth, and where pixels are on the screen.
 
-import { expect, type Locator, type Page } from '@playwright/test';
+import { type APIResponse, expect, type Locator, type Page } from '@playwright/test';
 import { TOKEN } from '../mock/server';
 import type { PixelInfo, Results } from '../../src/api';
 import { quiet, watchRequests } from './quiet';
@@ -29,10 +29,12 @@ export function valueOf(page: Page): Locator {
   return page.getByRole('status', { name: 'Value at pixel' });
 }
 
+/** What the server says. While frames are being read it says 503, and is asked again, as the page does. */
 async function get(page: Page, path: string): Promise<Buffer> {
-  const reply = await page.request.get(`${ORIGIN}/api/${path}`, {
-    headers: { 'x-epirig-token': SECRET },
-  });
+  const ask = (): Promise<APIResponse> =>
+    page.request.get(`${ORIGIN}/api/${path}`, { headers: { 'x-epirig-token': SECRET } });
+  let reply = await ask();
+  while (reply.status() === 503) reply = await ask();
   expect(reply.ok()).toBe(true);
   return reply.body();
 }
