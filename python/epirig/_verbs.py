@@ -1274,7 +1274,7 @@ def list_sequences(
 def trend(
     *,
     folder: Place = ".",
-    measure: Literal["depth", "noise", "answered", "distance", "brightness", "flicker", "blur", "stage-error", "roll", "pan"] = "depth",
+    measure: Literal["depth", "bow", "wall-width", "noise", "answered", "distance", "brightness", "flicker", "mapping", "blur", "stage-error", "roll", "pan"] = "depth",
     baseline: int | None = None,
     picture: Place | None = None,
     progress: Progress | None = None,
@@ -1290,11 +1290,15 @@ def trend(
     measure
         The quantity whose values are looked at one by one, and drawn.
         - "depth": Depth of the hollows, or height of the raised parts.
+        - "bow": Bow of the form: the flatness deviation, if the object is flat.
+        - "wall-width": Width of the walls from 10 % to 90 % of the depth.
         - "noise": Standard uncertainty of a typical disparity, by the noise.
         - "answered": Share of the object that has a disparity.
         - "distance": Distance of the object from the camera.
         - "brightness": Mean intensity of the frames.
         - "flicker": Change of the light from frame to frame.
+        - "mapping": Largest mean residual of the lens in a part of the image: the deviation of its
+          x-y mapping.
         - "blur": Blur of the target's edges: the focus.
         - "stage-error": Positioning error of the stage, by the target.
         - "roll": Roll of the camera against the stage axis.
@@ -1573,6 +1577,8 @@ def repeat(
 def characterise(
     *,
     folder: Place = ".",
+    standard: Several[str] = (),
+    earlier: Place | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Tell what the rig can do, from repeated scans of one object.
@@ -1583,6 +1589,11 @@ def characterise(
     ----------
     folder
         Folder to look below.
+    standard
+        The object's depth is known: `0.2 +- 0.001 mm`, with 95 % coverage; may be given for each of
+        several folders inside FOLDER, as `NAME=0.2 mm`.
+    earlier
+        Tell what has changed since earlier scans of the same object, which lie below this folder.
     progress
         Called with what is done, how many parts of it are done, and of how many.
     """
@@ -1590,6 +1601,8 @@ def characterise(
         "characterise",
         words(
             (None, folder, "."),
+            ("--standard", standard, ()),
+            ("--earlier", earlier, None),
         ),
         progress,
     )

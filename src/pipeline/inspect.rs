@@ -251,6 +251,7 @@ fn levels(
         margin_px: steps.margin_px,
         by_margin: steps.by_margin.clone(),
         on_plateaus: steps.on_plateaus,
+        wall_width_mm: steps.wall_width_px.map(|width_px| width_px * heights.pixel_mm()),
         correlation_reach_px: steps.correlation.reach_px(),
         roughness: roughness_of(None),
         upper: roughness_of(Some(false)),

@@ -105,6 +105,8 @@ pub struct SurfaceFacts {
     pub matched_blake3: String,
     /// The answer.
     pub conclusion: Conclusion,
+    /// Bow of the form over the field, in mm.
+    pub bow_mm: f64,
     levels: Option<LevelsFacts>,
     conformity: Option<ConformityFacts>,
 }
@@ -130,6 +132,7 @@ struct LimitsFacts {
 struct LevelsFacts {
     depth: DepthFacts,
     budget: BudgetFacts,
+    wall_width_mm: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -168,6 +171,11 @@ impl SurfaceFacts {
     /// Standard uncertainty of the depth by the scatter within the scan alone, in mm; `None` if that is not known.
     pub fn depth_scatter_mm(&self) -> Option<f64> {
         self.levels.as_ref()?.depth.sigma_mm
+    }
+
+    /// Width of the walls from 10 % to 90 % of the depth, in mm; `None` if that is not known.
+    pub fn wall_width_mm(&self) -> Option<f64> {
+        self.levels.as_ref()?.wall_width_mm
     }
 
     /// Lower and upper limit of the depth, in mm; `None` if it was not judged.

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Measure, SequenceState, Series, Trend, Trends};
+use super::{Measure, SequenceState, Series, Standard, Trend, Trends};
 use crate::pipeline::{PipelineError, open_results};
 use crate::results::ResultMap;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::statistics::root_mean_square;
 use epirig_data::sequence::Sequence;
-use epirig_surface::{MeasurementNoise, NoiseOfPair, Repeatability};
+use epirig_surface::{MeasurementNoise, NoiseOfPair, Repeatability, Response};
 
 /// What repeated scans of one object tell of a rig.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -22,6 +22,8 @@ pub struct Characteristics {
     pub noise: Option<MeasurementNoise>,
     /// How every quantity repeats that records have.
     pub quantities: Vec<RepeatedQuantity>,
+    /// How the depths follow the known ones of standards; `None` if none is known, or none of them was measured.
+    pub response: Option<Response>,
     /// What could not be read of these sequences.
     pub problems: Vec<String>,
 }
@@ -40,6 +42,27 @@ pub struct RepeatedQuantity {
     pub claimed: Option<f64>,
 }
 
+/// A quantity in two series of scans.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ChangedQuantity {
+    /// The quantity.
+    pub measure: Measure,
+    /// Its unit; empty for a share.
+    pub unit: &'static str,
+    /// The earlier mean.
+    pub earlier_mean: f64,
+    /// The mean now.
+    pub mean: f64,
+    /// How often means of the same process differ as much as that; 0 to 1.
+    pub mean_by_chance: f64,
+    /// The earlier repeatability standard deviation.
+    pub earlier_deviation: f64,
+    /// The repeatability standard deviation now.
+    pub deviation: f64,
+    /// How often deviations of the same process differ by that factor; 0 to 1.
+    pub deviation_by_chance: f64,
+}
+
 /// Heights of a scan, and their standard uncertainties.
 struct Measured {
     height_mm: Grid<f32>,
@@ -47,31 +70,71 @@ struct Measured {
 }
 
 impl Characteristics {
-    /// Of the sequences of the series below `folder` whose surface was measured. Results of two of them are in memory at
-    /// once.
+    /// Of the sequences of the series below `folder` whose surface was measured; some of them, or all, are scans of
+    /// `standards`. Results of two of them are in memory at once.
     ///
     /// # Errors
     /// [`PipelineError`] if results cannot be read, do not belong to their sequence, or are damaged; or if the work was
     /// cancelled.
-    pub fn of(folder: &Path, series: &Series, progress: &dyn Progress) -> Result<Self, PipelineError> {
+    pub fn of(
+        folder: &Path,
+        series: &Series,
+        standards: &[Standard],
+        progress: &dyn Progress,
+    ) -> Result<Self, PipelineError> {
         let mut series = series.clone();
         series.keep(Some(SequenceState::Measured), None);
         progress.begin("comparing heights", series.entries.len() as u64);
         let mut pairs = Vec::new();
-        let mut before: Option<Measured> = None;
-        for entry in &series.entries {
+        // Scans of one object after those of another.
+        let object = |name: &str| Standard::of_sequence(standards, name);
+        let mut by_object = series.entries.clone();
+        by_object.sort_by_key(|entry| object(&entry.name));
+        let mut before: Option<(Option<usize>, Measured)> = None;
+        for entry in &by_object {
             progress.unless_cancelled()?;
+            let own = object(&entry.name);
             let measured = Measured::of(&folder.join(&entry.name))?;
-            let both = before.as_ref().zip(measured.as_ref());
-            pairs.extend(both.and_then(|(before, measured)| before.noise_with(measured)));
-            before = measured;
+            let same = before.as_ref().filter(|(other, _)| *other == own).map(|(_, before)| before);
+            pairs.extend(
+                same.zip(measured.as_ref()).and_then(|(before, measured)| before.noise_with(measured)),
+            );
+            before = measured.map(|measured| (own, measured));
             progress.advance(1);
         }
         progress.end();
         let sequences = series.entries.iter().map(|entry| entry.name.clone()).collect();
         let found = Trends::of(folder, &series, None);
-        let quantities = found.trends.iter().filter_map(RepeatedQuantity::of).collect();
-        Ok(Self { sequences, noise: MeasurementNoise::of(&pairs), quantities, problems: found.problems })
+        let quantities =
+            found.trends.iter().filter_map(|trend| RepeatedQuantity::of(trend, standards)).collect();
+        let depths = found.trends.iter().find(|trend| trend.measure == Measure::Depth);
+        let response = depths.and_then(|depths| Response::of(&Standard::steps(standards, depths)));
+        Ok(Self {
+            sequences,
+            noise: MeasurementNoise::of(&pairs),
+            quantities,
+            response,
+            problems: found.problems,
+        })
+    }
+
+    /// What differs from `earlier` scans: every quantity that both have.
+    pub fn compared_with(&self, earlier: &Self) -> Vec<ChangedQuantity> {
+        let found = |now: &RepeatedQuantity| {
+            let before = earlier.quantities.iter().find(|before| before.measure == now.measure)?;
+            let (before, now_repeats) = (&before.repeatability, &now.repeatability);
+            Some(ChangedQuantity {
+                measure: now.measure,
+                unit: now.unit,
+                earlier_mean: before.mean,
+                mean: now_repeats.mean,
+                mean_by_chance: now_repeats.probability_of_mean(before),
+                earlier_deviation: before.deviation,
+                deviation: now_repeats.deviation,
+                deviation_by_chance: now_repeats.probability_of_scatter(before),
+            })
+        };
+        self.quantities.iter().filter_map(found).collect()
     }
 }
 
@@ -91,13 +154,18 @@ impl Measured {
 }
 
 impl RepeatedQuantity {
-    fn of(trend: &Trend) -> Option<Self> {
-        let values: Vec<f64> = trend.values.iter().map(|value| value.value).collect();
+    /// Each standard, and what is none, scatters about its own mean.
+    fn of(trend: &Trend, standards: &[Standard]) -> Option<Self> {
+        let mut objects = vec![Vec::new(); standards.len() + 1];
+        for value in &trend.values {
+            let object = Standard::of_sequence(standards, &value.sequence).unwrap_or(standards.len());
+            objects[object].push(value.value);
+        }
         let sigmas: Option<Vec<f64>> = trend.values.iter().map(|value| value.scatter).collect();
         Some(Self {
             measure: trend.measure,
             unit: trend.unit,
-            repeatability: Repeatability::of(&values)?,
+            repeatability: Repeatability::of_objects(&objects)?,
             claimed: sigmas.map(|sigmas| root_mean_square(&sigmas)),
         })
     }

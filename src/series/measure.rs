@@ -13,6 +13,10 @@ epirig_core::choices! {
     pub enum Measure {
         /// Depth of the hollows, or height of the raised parts.
         Depth = "depth",
+        /// Bow of the form: the flatness deviation, if the object is flat.
+        Bow = "bow",
+        /// Width of the walls from 10 % to 90 % of the depth.
+        WallWidth = "wall-width",
         /// Standard uncertainty of a typical disparity, by the noise.
         Noise = "noise",
         /// Share of the object that has a disparity.
@@ -23,6 +27,8 @@ epirig_core::choices! {
         Brightness = "brightness",
         /// Change of the light from frame to frame.
         Flicker = "flicker",
+        /// Largest mean residual of the lens in a part of the image: the deviation of its x-y mapping.
+        Mapping = "mapping",
         /// Blur of the target's edges: the focus.
         Blur = "blur",
         /// Positioning error of the stage, by the target.
@@ -71,6 +77,8 @@ impl Measure {
                 let (sigma, scatter) = (surface.depth_sigma_mm(), surface.depth_scatter_mm());
                 Some(Measured { value: surface.depth_mm()?, sigma, scatter })
             }),
+            Self::Bow => ("mm", |known| exact(Some(known.surface.as_ref()?.bow_mm))),
+            Self::WallWidth => ("mm", |known| exact(known.surface.as_ref()?.wall_width_mm())),
             Self::Noise => ("px", |known| exact(known.matched.as_ref()?.median_sigma_px)),
             Self::Answered => ("", |known| exact(Some(known.matched.as_ref()?.object_answered))),
             Self::Distance => ("mm", |known| exact(known.matched.as_ref()?.distance_mm)),
@@ -80,6 +88,9 @@ impl Measure {
             }),
             Self::Flicker => ("", |known| {
                 exact(known.calibration.as_ref()?.frame_gains.applied().map(|gains| gains.flicker))
+            }),
+            Self::Mapping => ("px", |known| {
+                exact(known.calibration.as_ref()?.lens.board_frames.as_ref()?.mapping_deviation_px())
             }),
             Self::Blur => ("px", |known| exact(axis(known)?.blur_px)),
             Self::StageError => ("um", |known| {

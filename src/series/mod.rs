@@ -5,12 +5,14 @@ mod control_chart;
 mod entry;
 mod listing;
 mod measure;
+mod standard;
 mod trend;
 mod trend_picture;
 
-pub use characteristics::{Characteristics, RepeatedQuantity};
+pub use characteristics::{ChangedQuantity, Characteristics, RepeatedQuantity};
 pub use control_chart::{Change, ChartPoint, ControlChart, Pattern};
 pub use entry::{SequenceState, SeriesEntry};
 pub use listing::{Series, SortKey};
 pub use measure::Measure;
+pub use standard::{NoStandard, Standard};
 pub use trend::{Trend, TrendValue, Trends};

@@ -73,4 +73,21 @@ fn noise_of_repeated_scans_is_that_about_the_true_plane() {
     assert!(text.contains("N_M ") && text.contains("s_r ") && text.contains("claimed "), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
     fails(folder, &["characterise", "repeats/001"], 2, &["1 of 1 sequences", "two at least"]);
+    // What is compared with itself has not changed.
+    let same = succeeds(folder, &["characterise", "repeats", "--earlier", "repeats", "--json"]);
+    let changes = serde_json::from_str::<Value>(&same).unwrap()["changes"].clone();
+    let is_same = |change: &Value| {
+        let by_chance = [&change["mean_by_chance"], &change["deviation_by_chance"]];
+        by_chance.iter().all(|share| (share.as_f64().unwrap() - 1.0).abs() < 1e-9)
+    };
+    assert!(!changes.as_array().unwrap().is_empty());
+    assert!(changes.as_array().unwrap().iter().all(is_same), "{changes}");
+    assert!(
+        succeeds(folder, &["characterise", "repeats", "--earlier", "repeats"])
+            .contains("nothing beyond chance")
+    );
+    // A plane has no depth.
+    let standard = |text| ["characterise", "repeats", "--standard", text];
+    fails(folder, &standard("0.2 mm"), 2, &["no depth was measured", "--standard", "`epirig list`"]);
+    fails(folder, &standard("0.2"), 2, &["0.2 +- 0.001 mm"]);
 }

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
 mod calibration_statistics;
+mod characterised_rigs;
 mod error_analysis;
 #[cfg(target_os = "linux")]
 mod interrupted_writers;

@@ -357,6 +357,11 @@ by_margin: unknown,
  */
 on_plateaus: unknown, 
 /**
+ * Width of the walls from 10 % to 90 % of the depth, in mm, to about a pixel: that of the object's walls, of blur and
+ * windows together.
+ */
+wall_width_mm: number | null, 
+/**
  * Errors of pixels further apart than this are independent, in px.
  */
 correlation_reach_px: number, 

@@ -12,6 +12,7 @@ mod normal;
 mod outliers;
 mod profile;
 mod repeats;
+mod response;
 mod roughness;
 mod smooth;
 mod start;
@@ -27,6 +28,7 @@ pub use height::{Geometry, HalfHeights, Heights, ScaleSigma, heights};
 pub use outliers::find_outliers;
 pub use profile::{Profile, ProfileLine, ProfilePoint, profile};
 pub use repeats::{MeasurementNoise, NoiseOfPair, Repeatability};
+pub use response::{Response, StandardStep, StepResponse};
 pub use roughness::{Roughness, roughness};
 pub use steps::{
     Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Part, Steps,

@@ -2,10 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::student::student_t_95;
+use super::student::{share_below, student_t_95};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::mean;
 
 /// Fewest common pixels of two maps.
 const LEAST_PIXELS: usize = 100;
@@ -17,6 +18,8 @@ const LIMIT: f64 = 2.8;
 pub struct Repeatability {
     /// Number of values.
     pub count: usize,
+    /// Degrees of freedom of the standard deviation: one less than the values of each object.
+    pub degrees_of_freedom: usize,
     /// Their mean.
     pub mean: f64,
     /// Repeatability standard deviation s_r.
@@ -30,26 +33,63 @@ pub struct Repeatability {
 }
 
 impl Repeatability {
-    /// Of finite values; `None` for fewer than two.
+    /// Of finite values of one object; `None` for fewer than two.
     pub fn of(values: &[f64]) -> Option<Self> {
-        let count = values.len();
-        if count < 2 || !values.iter().all(|value| value.is_finite()) {
+        Self::of_objects(&[values])
+    }
+
+    /// Of finite values of each of several objects, which are taken to scatter alike, each about its own mean (ISO 5725-2,
+    /// 7.4.5); `None` if no object has two.
+    pub fn of_objects(values: &[impl AsRef<[f64]>]) -> Option<Self> {
+        let objects = || values.iter().map(AsRef::as_ref).filter(|values| !values.is_empty());
+        let count: usize = objects().map(<[f64]>::len).sum();
+        let degrees_of_freedom = count - objects().count();
+        if degrees_of_freedom == 0 || !objects().flatten().all(|value| value.is_finite()) {
             return None;
         }
-        let degrees = (count - 1) as f64;
-        let mean = values.iter().sum::<f64>() / count as f64;
-        let deviation = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / degrees).sqrt();
+        let degrees = degrees_of_freedom as f64;
+        let squares = |values: &[f64]| {
+            let mean = mean(values);
+            values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
+        };
+        let deviation = (objects().map(squares).sum::<f64>() / degrees).sqrt();
+        let mean = objects().flatten().sum::<f64>() / count as f64;
         let squares = ChiSquared::new(degrees).ok()?;
         let end = |share: f64| deviation * (degrees / squares.inverse_cdf(share)).sqrt();
         let (lower, upper) = (end(0.975), end(0.025));
-        Some(Self { count, mean, deviation, lower, upper, limit: LIMIT * deviation })
+        Some(Self { count, degrees_of_freedom, mean, deviation, lower, upper, limit: LIMIT * deviation })
     }
 
     /// How often values that scatter by the standard deviation `claimed` scatter as much as these, or more; 0 to 1.
     pub fn probability_beyond(&self, claimed: f64) -> f64 {
-        let degrees = (self.count - 1) as f64;
+        let degrees = self.degrees_of_freedom as f64;
         let squares = degrees * (self.deviation / claimed).powi(2);
         ChiSquared::new(degrees).map_or(f64::NAN, |chi_squared| chi_squared.sf(squares))
+    }
+
+    /// How often the means of two series of the same normal process differ as far as these, or farther; 0 to 1. The two
+    /// need not scatter alike (Welch 1947).
+    pub fn probability_of_mean(&self, other: &Self) -> f64 {
+        let [one, two] = [self, other].map(|series| series.deviation.powi(2) / series.count as f64);
+        let difference = (self.mean - other.mean).abs();
+        if one + two <= 0.0 {
+            return if difference > 0.0 { 0.0 } else { 1.0 };
+        }
+        let part = |variance: f64, series: &Self| variance.powi(2) / series.degrees_of_freedom as f64;
+        let degrees = (one + two).powi(2) / (part(one, self) + part(two, other));
+        2.0 * share_below(-difference / (one + two).sqrt(), degrees)
+    }
+
+    /// How often the standard deviations of two series of the same normal process differ by as large a factor as these,
+    /// or a larger one; 0 to 1 (Fisher's F, two-sided).
+    pub fn probability_of_scatter(&self, other: &Self) -> f64 {
+        let [one, two] = [self, other].map(|series| series.degrees_of_freedom as f64);
+        if self.deviation <= 0.0 || other.deviation <= 0.0 {
+            return if self.deviation > 0.0 || other.deviation > 0.0 { 0.0 } else { 1.0 };
+        }
+        let ratio = (self.deviation / other.deviation).powi(2);
+        let below = FisherSnedecor::new(one, two).map_or(f64::NAN, |fisher| fisher.cdf(ratio));
+        2.0 * below.min(1.0 - below)
     }
 }
 
@@ -133,9 +173,9 @@ impl MeasurementNoise {
         if pairs.is_empty() {
             return None;
         }
-        let mean =
+        let mean_of =
             |value: &dyn Fn(&NoiseOfPair) -> f64| pairs.iter().map(value).sum::<f64>() / pairs.len() as f64;
-        let noise_mm = mean(&|pair| pair.noise_mm.powi(2)).sqrt();
+        let noise_mm = mean_of(&|pair| pair.noise_mm.powi(2)).sqrt();
         let scatter = Repeatability::of(&pairs.iter().map(|pair| pair.noise_mm).collect::<Vec<_>>());
         let half_width_95_mm = scatter.map(|scatter| {
             let count = scatter.count as f64;
@@ -144,9 +184,9 @@ impl MeasurementNoise {
         Some(Self {
             noise_mm,
             half_width_95_mm,
-            over_claimed: mean(&|pair| pair.over_claimed.powi(2)).sqrt(),
+            over_claimed: mean_of(&|pair| pair.over_claimed.powi(2)).sqrt(),
             pairs: pairs.len(),
-            pixels: mean(&|pair| pair.pixels as f64).round() as usize,
+            pixels: mean_of(&|pair| pair.pixels as f64).round() as usize,
         })
     }
 }
@@ -190,6 +230,37 @@ mod tests {
         let held = (0..runs).filter(inside).count() as f64;
         // Four standard deviations of a count with 95 % inside.
         assert!((held - 0.95 * 2000.0).abs() < 4.0 * (2000.0_f64 * 0.95 * 0.05).sqrt(), "{held}");
+    }
+
+    #[test]
+    fn objects_scatter_each_about_its_own_mean() {
+        let found = Repeatability::of_objects(&[&[1.0, 3.0][..], &[], &[11.0, 12.0, 13.0], &[7.0]]).unwrap();
+        // Squares 2 and 2, of one and two degrees of freedom.
+        assert_eq!((found.count, found.degrees_of_freedom), (6, 3));
+        assert!((found.deviation - (4.0_f64 / 3.0).sqrt()).abs() < 1e-12, "{found:?}");
+        assert!((found.mean - 47.0 / 6.0).abs() < 1e-12, "{found:?}");
+        assert_eq!(Repeatability::of_objects(&[[1.0], [2.0]]), None);
+    }
+
+    #[test]
+    fn two_series_differ_by_the_tests_of_welch_and_fisher() {
+        let series = |values: &[f64]| Repeatability::of(values).unwrap();
+        // By scipy.stats.ttest_ind(equal_var=False) and by 2 min(F, 1 - F) of scipy.stats.f.
+        let (one, two) = (series(&[1.0, 2.0, 4.0, 5.0]), series(&[6.0, 6.5, 7.5]));
+        assert!(
+            (one.probability_of_mean(&two) - 0.020_467_78).abs() < 1e-6,
+            "{}",
+            one.probability_of_mean(&two)
+        );
+        assert!(
+            (one.probability_of_scatter(&two) - 0.305_097_71).abs() < 1e-6,
+            "{}",
+            one.probability_of_scatter(&two)
+        );
+        assert_eq!(one.probability_of_mean(&one), 1.0);
+        let same = series(&[2.0, 2.0]);
+        assert_eq!((same.probability_of_mean(&same), same.probability_of_scatter(&same)), (1.0, 1.0));
+        assert_eq!(same.probability_of_scatter(&one), 0.0);
     }
 
     /// A surface with hollows, measured again and again with noise, and each time with another tilt.

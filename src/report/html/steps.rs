@@ -161,6 +161,9 @@ fn margins(levels: &LevelsSummary) -> Markup {
                 (fixed(on.width_px, 0)) " px wide (median)."
             }
         }
+        @if let Some(width_mm) = levels.wall_width_mm {
+            p { "The walls are " (plain(width_mm, "mm")) " wide, from 10 % to 90 % of the depth." }
+        }
     }
 }
 

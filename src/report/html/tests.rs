@@ -169,6 +169,7 @@ impl Records {
                         used_px: 60,
                     }],
                     on_plateaus: Some(DepthOnPlateaus { depth: depth(0.199), width_px: 12.0, used_px: 30 }),
+                    wall_width_mm: Some(0.9),
                     correlation_reach_px: 4,
                     roughness: None,
                     upper: None,

@@ -8,11 +8,13 @@ mod budget;
 mod depth;
 mod divide;
 mod levels;
+mod nearest;
 mod options;
 mod plateaus;
 mod regions;
 #[cfg(test)]
 mod tests;
+mod walls;
 
 use serde::Serialize;
 
@@ -29,6 +31,7 @@ use epirig_core::grid::Grid;
 use epirig_core::statistics::quantile;
 pub use options::StepsOptions;
 use regions::{Level, count};
+use walls::wall_width_px;
 
 /// The lower level is the ground, and the upper one stands on it, if it is this share of the field.
 const GROUND: f64 = 0.6;
@@ -84,6 +87,9 @@ pub struct Steps {
     /// Depth on the plateaus of ISO 5436-1; `None` if no part is so wide that a third of it is at least the smallest
     /// margin.
     pub on_plateaus: Option<DepthOnPlateaus>,
+    /// Width of the walls from 10 % to 90 % of the depth, in px, to about a pixel: that of the object's walls, of blur and
+    /// windows, and of the noise that hides where they are. `None` if heights do not reach both levels beside them.
+    pub wall_width_px: Option<f64>,
     /// The trend of the upper level.
     pub trend: Trend,
     /// True on the lower level; meaningful where there is a height.
@@ -266,6 +272,8 @@ fn steps(
     let nearer_to_walls = nearer.map(|nearer| (nearer.depth_mm, nearer.sigma_mm));
     let of_parts = if raised { Level::Upper } else { Level::Lower };
     let on_plateaus = measured.on_plateaus(of_parts, options.margin_px, scale_sigma);
+    let walls: Vec<_> = measured.sides(0).into_iter().zip(&measured.on).collect();
+    let walls: Vec<_> = walls.into_iter().map(|(side, (_, divided))| (side, &divided.levels)).collect();
     let is_known = !measured.locking_mm.is_empty();
     let choices = Choices {
         farther_from_walls,
@@ -281,6 +289,7 @@ fn steps(
         budget,
         raised,
         on_plateaus,
+        wall_width_px: wall_width_px(&walls, &fitted),
         parts: parts(&plateaus, &whole.levels, &fitted, &certainty, raised, options),
         by_margin,
         trend: of_map.trend(field, &certainty_of_map),

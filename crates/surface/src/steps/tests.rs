@@ -11,13 +11,13 @@ use crate::trend::TrendKind;
 #[path = "../../../../tests/support/size.rs"]
 mod size;
 
-const SIDE: usize = 200;
+pub(super) const SIDE: usize = 200;
 /// Of the window over which errors are averaged, so that pixels closer than this share a part of them.
 const WINDOW: usize = 5;
 
 /// A field of 0.25 mm per px; `height_mm` of X and Y in mm and of column and row, with errors of standard
 /// deviation `sigma_mm`.
-fn field(sigma_mm: f64, seed: u64, height_mm: impl Fn(f64, f64, usize, usize) -> f64) -> Heights {
+pub(super) fn field(sigma_mm: f64, seed: u64, height_mm: impl Fn(f64, f64, usize, usize) -> f64) -> Heights {
     let wide = SIDE + WINDOW - 1;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let white: Vec<f64> = (0..wide * wide).map(|_| StandardNormal.sample(&mut random)).collect();
@@ -43,7 +43,7 @@ fn field(sigma_mm: f64, seed: u64, height_mm: impl Fn(f64, f64, usize, usize) ->
     }
 }
 
-fn tilted(x_mm: f64, y_mm: f64) -> f64 {
+pub(super) fn tilted(x_mm: f64, y_mm: f64) -> f64 {
     0.3 + 0.004 * x_mm - 0.007 * y_mm
 }
 
@@ -51,7 +51,7 @@ fn bowed(x_mm: f64, y_mm: f64) -> f64 {
     tilted(x_mm, y_mm) + 2e-4 * x_mm * x_mm - 1e-4 * x_mm * y_mm - 1.5e-4 * y_mm * y_mm
 }
 
-fn options(trend: TrendKind) -> StepsOptions {
+pub(super) fn options(trend: TrendKind) -> StepsOptions {
     StepsOptions::for_window(trend, WINDOW)
 }
 

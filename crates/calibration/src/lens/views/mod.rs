@@ -9,6 +9,7 @@ mod choose;
 mod error;
 mod findings;
 mod homography;
+mod mapping;
 mod point;
 mod pose;
 mod problem;

@@ -72,7 +72,7 @@ fn views(
     views
 }
 
-fn wide_views(seed: u64, count: usize, sigma_px: f64) -> Vec<View> {
+pub(super) fn wide_views(seed: u64, count: usize, sigma_px: f64) -> Vec<View> {
     views(&mut ChaCha8Rng::seed_from_u64(seed), &wide(), (ROWS, COLUMNS), count, 40.0, sigma_px)
 }
 
