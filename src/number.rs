@@ -6,6 +6,9 @@ pub(crate) const UNKNOWN: &str = "unknown";
 /// Digits of a value whose uncertainty is unknown.
 const DIGITS: i32 = 3;
 
+/// No value is stated that is smaller than this, in its unit: 10 nm of a length in mm.
+const LEAST: f64 = 1e-5;
+
 /// Decimals that show `value` with this number of significant digits; below 0 tens and hundreds are rounded.
 /// Rounding counts: 0.0996 is 0.10.
 fn decimals(value: f64, digits: i32) -> i32 {
@@ -40,7 +43,16 @@ pub(crate) fn significant(value: f64, digits: i32) -> String {
 
 /// An uncertainty alone, with its unit: two significant digits.
 pub(crate) fn sigma(value: f64, unit: &str) -> String {
-    if value.is_finite() { format!("{} {unit}", significant(value, 2)) } else { UNKNOWN.to_owned() }
+    stated(value, 2, unit)
+}
+
+/// A value with its unit; one that is smaller than [`LEAST`] only as that. Nobody reads six zeros.
+fn stated(value: f64, digits: i32, unit: &str) -> String {
+    match value {
+        _ if !value.is_finite() => UNKNOWN.to_owned(),
+        _ if value != 0.0 && value.abs() < LEAST => format!("less than {LEAST} {unit}"),
+        _ => format!("{} {unit}", significant(value, digits)),
+    }
 }
 
 /// A value with half the width of its interval of 95 % coverage, for which alone the sign between them stands.
@@ -75,7 +87,7 @@ fn known(uncertainty: Option<f64>) -> Option<f64> {
 
 /// A value that is stated without an uncertainty, with its unit.
 pub(crate) fn plain(value: f64, unit: &str) -> String {
-    if value.is_finite() { format!("{} {unit}", significant(value, DIGITS)) } else { UNKNOWN.to_owned() }
+    stated(value, DIGITS, unit)
 }
 
 /// A share in per cent: two digits, and a decimal from 10 % on, where a share of 99.9 % is not all.
@@ -164,6 +176,11 @@ mod tests {
         assert_eq!(significant(0.0996, 2), "0.10");
         assert_eq!((significant(0.0, 2), sigma(0.0, "mm")), ("0".to_owned(), "0 mm".to_owned()));
         assert_eq!(significant(1530.0, 3), "1530");
+        assert_eq!(sigma(9.3e-6, "mm"), "less than 0.00001 mm");
+        assert_eq!(
+            (sigma(1e-5, "mm"), plain(-6.2e-7, "px")),
+            ("0.000010 mm".to_owned(), "less than 0.00001 px".to_owned())
+        );
         assert_eq!(
             (percent(0.999), percent(0.0123), percent(0.0), percent(1.0)),
             ("99.9 %".to_owned(), "1.2 %".to_owned(), "0 %".to_owned(), "100.0 %".to_owned())

@@ -144,7 +144,7 @@ fn change_lines(changes: &[ChangedQuantity]) -> String {
         let ChangedQuantity { measure, unit, earlier_mean, mean, earlier_deviation, deviation, .. } = change;
         let words = |what: &str, before: f64, now: f64, by_chance: f64| {
             (by_chance < least).then(|| {
-                let [before, now] = [before, now].map(|value| plain(value, unit));
+                let [before, now] = [before, now].map(|value| plain(value, unit).trim_end().to_owned());
                 format!(
                     "changed            {measure}: {what} {before} before, {now} now (by chance: {})\n",
                     share(by_chance)

@@ -1,5 +1,8 @@
 //! Analyses a surface, and writes files, pictures and the report.
 
+use std::fs::File;
+use std::io::Read as _;
+
 use super::inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, chart, write_answers};
 use super::{OpenedResults, PipelineError, matched_frame};
 use crate::calibrate::{calibration_pictures, frames_in_order, read_calibration_picture};
@@ -47,6 +50,19 @@ pub fn inspect_surface(
     Ok(answers.summary)
 }
 
+/// The logo in a file; or why there is none, in words. A report is made all the same.
+fn logo(name: &str) -> Result<Vec<u8>, String> {
+    /// The report holds it whole.
+    const MOST_BYTES: u64 = 4 << 20;
+    let mut bytes = Vec::new();
+    let read = File::open(name).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes));
+    match read {
+        Err(error) => Err(format!("{name} cannot be read ({error})")),
+        Ok(_) if bytes.len() as u64 > MOST_BYTES => Err(format!("{name} is larger than 4 MiB")),
+        Ok(_) => Ok(bytes),
+    }
+}
+
 /// The report of `answers` about a surface, as HTML.
 fn surface_report(
     measured: MeasuredSurface<'_>,
@@ -73,6 +89,7 @@ fn surface_report(
         name: sequence.name(),
         made: now(),
         stated: questions.report.rows(),
+        logo: questions.report.logo.as_deref().map(logo),
         scan: Scan {
             record: sequence.record(),
             frames: sequence.frames(),

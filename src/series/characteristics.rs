@@ -108,14 +108,14 @@ impl Characteristics {
         let quantities =
             found.trends.iter().filter_map(|trend| RepeatedQuantity::of(trend, standards)).collect();
         let depths = found.trends.iter().find(|trend| trend.measure == Measure::Depth);
-        let response = depths.and_then(|depths| Response::of(&Standard::steps(standards, depths)));
-        Ok(Self {
-            sequences,
-            noise: MeasurementNoise::of(&pairs),
-            quantities,
-            response,
-            problems: found.problems,
-        })
+        let steps = depths.map_or_else(Vec::new, |depths| Standard::steps(standards, depths));
+        let response = Response::of(&steps);
+        let mut problems = found.problems;
+        let unmeasured = standards.iter().zip(&steps).filter(|(_, step)| step.measured_mm.is_empty());
+        problems.extend(
+            unmeasured.map(|(standard, _)| format!("no depth was measured of the standard {standard}")),
+        );
+        Ok(Self { sequences, noise: MeasurementNoise::of(&pairs), quantities, response, problems })
     }
 
     /// What differs from `earlier` scans: every quantity that both have.

@@ -1,5 +1,6 @@
 //! An object whose depth is known, among the scans of a series.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -59,6 +60,16 @@ impl FromStr for Standard {
             depth_mm: 0.5 * (lower_mm + upper_mm),
             sigma_mm: 0.5 * (upper_mm - lower_mm) / student_t_95(f64::INFINITY),
         })
+    }
+}
+
+impl fmt::Display for Standard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { below, depth_mm, .. } = self;
+        match below.as_os_str().is_empty() {
+            true => write!(f, "of {depth_mm} mm"),
+            false => write!(f, "of {depth_mm} mm in {}", below.display()),
+        }
     }
 }
 

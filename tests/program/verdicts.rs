@@ -83,6 +83,18 @@ fn states_what_people_know(folder: &Path) {
     }
     fails(folder, &of(&["--report", "color=red"]), 2, &["report.color"]);
     fails(folder, &of(&["--report", "customer"]), 2, &["--report"]);
+    let own = Path::new("seq/results/surface/height.png");
+    fs::copy(folder.join(own), folder.join("logo.png")).unwrap();
+    for (logo, wanted) in [
+        ("logo=logo.png", "<img class=\"logo\" src=\"data:image/png;base64,"),
+        ("logo=gone.png", "There is no logo: gone.png cannot be read"),
+        ("logo=seq/sequence.json", "There is no logo: it is neither PNG nor JPEG."),
+        ("logo=/dev/zero", "There is no logo: /dev/zero is larger than 4 MiB."),
+    ] {
+        succeeds(folder, &of(&["--report", logo]));
+        let report = fs::read_to_string(folder.join("seq/results/surface/report.html")).unwrap();
+        assert!(report.contains(wanted), "{wanted} is not in the report");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::section::{Kind, section};
 
 section! {
-    /// What the report says beside the results, as text.
+    /// What the report says beside the results, as text, and what stands over it.
     pub struct ReportProfile in "report" {
         /// Who ordered the measurement.
         "customer" => customer: Option<String> = Kind::Text, like "Example Ltd, order 4711";
@@ -21,11 +21,13 @@ section! {
         "instrument" => instrument: Option<String> = Kind::Text, like "rig 2, camera K-17, stage S-3";
         /// The procedure, with its issue.
         "procedure" => procedure: Option<String> = Kind::Text, like "WI-12, issue 3";
+        /// Picture at the top of the report: a PNG or JPEG file, as seen from the working folder.
+        "logo" => logo: Option<String> = Kind::Text, like "logo.png";
     }
 }
 
 impl ReportProfile {
-    /// What is given: each with its name in words, in the order of a report.
+    /// What is given as text: each with its name in words, in the order of a report.
     pub fn rows(&self) -> Vec<(String, &str)> {
         let values = [
             &self.customer,
@@ -53,6 +55,7 @@ impl ReportProfile {
             temperature: other.temperature.or(self.temperature),
             instrument: other.instrument.or(self.instrument),
             procedure: other.procedure.or(self.procedure),
+            logo: other.logo.or(self.logo),
         }
     }
 }
@@ -73,8 +76,10 @@ mod tests {
             temperature: text("temperature"),
             instrument: text("instrument"),
             procedure: text("procedure"),
+            logo: text("logo.png"),
         };
-        assert_eq!(all.rows().len(), ReportProfile::SECTION.keys.len());
+        // The logo is no text.
+        assert_eq!(all.rows().len(), ReportProfile::SECTION.keys.len() - 1);
         assert!(all.rows().iter().all(|(name, value)| name == value), "{:?}", all.rows());
         assert_eq!(ReportProfile::default().rows(), []);
         assert_eq!(ReportProfile::default().replaced_by(all.clone()), all);

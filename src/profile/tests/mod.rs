@@ -179,6 +179,7 @@ fn what_is_left_out_has_the_promised_defaults() {
             temperature: None,
             instrument: None,
             procedure: None,
+            logo: None,
         },
         sim: SimProfile {
             scene: SceneName::Plane,

@@ -16,6 +16,8 @@ pub struct Report<'a> {
     pub made: String,
     /// What a person states beside the results: name and text.
     pub stated: Vec<(String, &'a str)>,
+    /// Picture at the top, as PNG or JPEG; or why there is none, in words.
+    pub logo: Option<Result<Vec<u8>, String>>,
     /// The scan.
     pub scan: Scan<'a>,
     /// The matcher's numbers and settings.

@@ -3,6 +3,7 @@
 use super::contents::Report;
 use super::limits;
 use super::markup::{data, pair, pairs};
+use super::picture::Picture;
 use crate::calibrate::LensSource;
 use crate::number::{fixed, moment, plain, share, sigma, significant, with_interval, with_sigma};
 use crate::results::scale_in_words;
@@ -10,6 +11,18 @@ use epirig_core::statistics::upper_median;
 use epirig_data::sequence::{CameraRecord, Event, Origin};
 use epirig_surface::conformity::Verdict;
 use maud::{Markup, html};
+
+/// The picture at the top, if one is asked for.
+pub(super) fn logo(report: &Report<'_>) -> Markup {
+    let source = report.logo.as_ref().map(|file| file.clone().and_then(|file| Picture::logo(&file)));
+    html! {
+        @match source {
+            None => {}
+            Some(Ok(source)) => img.logo src=(source) alt="";
+            Some(Err(why)) => p.bad role="note" { "There is no logo: " (why) "." }
+        }
+    }
+}
 
 /// What is said at once: how deep, how sure, and whether the scan can be trusted.
 pub(super) fn verdict(report: &Report<'_>) -> Markup {

@@ -60,7 +60,7 @@ impl Report<'_> {
                     style { (PreEscaped(running_head)) }
                 }
                 body {
-                    header { h1 { (title) } (facts::verdict(self)) }
+                    header { (facts::logo(self)) h1 { (title) } (facts::verdict(self)) }
                     nav aria-label="Contents" {
                         ul { @for (id, title, _) in &sections { li { a href={ "#" (id) } { (title) } } } }
                     }

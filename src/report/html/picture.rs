@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::imageops::FilterType::Triangle;
 use image::imageops::resize;
-use image::{ExtendedColorType, ImageEncoder as _, Rgb, RgbImage};
+use image::{ExtendedColorType, ImageEncoder as _, ImageFormat, Rgb, RgbImage};
 use maud::{Markup, Render, html};
 
 use super::markup::scroll;
@@ -36,7 +36,7 @@ pub(super) struct Picture {
 impl Picture {
     /// A picture that was drawn before, from its file, not wider than the text; `None` if it cannot be read.
     pub(super) fn drawn(file: &[u8]) -> Option<Self> {
-        let picture = image::load_from_memory_with_format(file, image::ImageFormat::Png).ok()?.into_rgb8();
+        let picture = image::load_from_memory_with_format(file, ImageFormat::Png).ok()?.into_rgb8();
         let wide = picture.width() > WIDEST_PICTURE_PX;
         let height = |width: u32| (picture.height() * WIDEST_PICTURE_PX).div_ceil(width).max(1);
         let drawn = match wide {
@@ -54,6 +54,18 @@ impl Picture {
             is_chart: false,
             remark: String::new(),
         }
+    }
+
+    /// The source of a picture in a file of PNG or JPEG.
+    ///
+    /// # Errors
+    /// Why it is none, in words.
+    pub(super) fn logo(file: &[u8]) -> Result<String, String> {
+        let format = image::guess_format(file).ok();
+        let format = format.filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
+        let format = format.ok_or("it is neither PNG nor JPEG")?;
+        image::load_from_memory_with_format(file, format).map_err(|error| error.to_string())?;
+        Ok(format!("data:{};base64,{}", format.to_mime_type(), STANDARD.encode(file)))
     }
 
     pub(super) fn chart(chart: &Chart) -> Result<Self, ReportError> {

@@ -207,6 +207,7 @@ impl Records {
             name: HOSTILE.to_owned(),
             made: "2026-01-02T03:04:06Z".to_owned(),
             stated: vec![("customer".to_owned(), HOSTILE)],
+            logo: None,
             scan: Scan {
                 record: &self.record,
                 frames: &self.frames,
