@@ -272,8 +272,6 @@ fn steps(
     let nearer_to_walls = nearer.map(|nearer| (nearer.depth_mm, nearer.sigma_mm));
     let of_parts = if raised { Level::Upper } else { Level::Lower };
     let on_plateaus = measured.on_plateaus(of_parts, options.margin_px, scale_sigma);
-    let walls: Vec<_> = measured.sides(0).into_iter().zip(&measured.on).collect();
-    let walls: Vec<_> = walls.into_iter().map(|(side, (_, divided))| (side, &divided.levels)).collect();
     let is_known = !measured.locking_mm.is_empty();
     let choices = Choices {
         farther_from_walls,
@@ -289,7 +287,7 @@ fn steps(
         budget,
         raised,
         on_plateaus,
-        wall_width_px: wall_width_px(&walls, &fitted),
+        wall_width_px: wall_width_px(field, &whole.levels, &of_map.levels),
         parts: parts(&plateaus, &whole.levels, &fitted, &certainty, raised, options),
         by_margin,
         trend: of_map.trend(field, &certainty_of_map),

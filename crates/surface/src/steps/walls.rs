@@ -1,6 +1,7 @@
 //! How wide the walls between the levels look.
 
-use super::depth::{Fit, Side};
+use super::super::trend::Field;
+use super::levels::Levels;
 use super::nearest::Nearest;
 use super::regions::{Level, clear_of_walls};
 use epirig_core::grid::Grid;
@@ -13,33 +14,27 @@ const LEAST: usize = 100;
 /// Share of the depth that heights may lack at the ends of a wall.
 const LACKING: f64 = 0.1;
 
-/// Width of the walls in px, across them: from where heights lie a tenth of the depth above the lower level to where a
-/// tenth is missing to the upper one. It is what the walls of the object, the blur, the windows of the matcher, and the
-/// noise that hides where the walls are make together. No width is told to less than a pixel. `None` if heights do not
+/// Width of the walls of a map in px, across them: from where heights lie a tenth of the depth above the lower level to
+/// where a tenth is missing to the upper one. It is what the walls of the object, the blur, the windows of the matcher, and
+/// the noise that hides where the walls are make together. No width is told to less than a pixel. `None` if heights do not
 /// come as near to both levels as that within [`FARTHEST_PX`].
-///
-/// Each side comes with the whole map of levels by other heights, so that the noise of a height does not decide on which
-/// side of the wall it counts.
-pub(super) fn wall_width_px(sides: &[(Side<'_>, &Grid<Level>)], fit: &Fit) -> Option<f64> {
+pub(super) fn wall_width_px(field: &Field<'_>, on: &Grid<Level>, levels: &Levels) -> Option<f64> {
     // What heights lack to the level that they are on, as a share of the depth, by whole pixels from the wall.
     let mut on_lower = vec![Vec::new(); FARTHEST_PX];
     let mut on_upper = on_lower.clone();
-    let depth_mm = fit.levels.depth_mm;
-    for (Side { field, .. }, levels) in sides {
-        let [to_lower, to_upper] =
-            [Level::Lower, Level::Upper].map(|wanted| Nearest::new(&levels.map(|level| level == wanted)));
-        let far = clear_of_walls(levels, FARTHEST_PX);
-        for sample in field.samples_where(|x, y| far.at(x, y) == Level::Unknown) {
-            let below_upper = (fit.levels.upper_mm(&sample.row) - sample.height_mm) / depth_mm;
-            let (other, lacking, level) = match levels.at(sample.x, sample.y) {
-                Level::Lower => (&to_upper, 1.0 - below_upper, &mut on_lower),
-                Level::Upper => (&to_lower, below_upper, &mut on_upper),
-                Level::Unknown => continue,
-            };
-            let distance = other.of(sample.x, sample.y).map(|(distance_px, _)| distance_px as usize);
-            if let Some(at_distance) = distance.and_then(|distance| level.get_mut(distance)) {
-                at_distance.push(lacking);
-            }
+    let [to_lower, to_upper] =
+        [Level::Lower, Level::Upper].map(|wanted| Nearest::new(&on.map(|level| level == wanted)));
+    let far = clear_of_walls(on, FARTHEST_PX);
+    for sample in field.samples_where(|x, y| far.at(x, y) == Level::Unknown) {
+        let below_upper = (levels.upper_mm(&sample.row) - sample.height_mm) / levels.depth_mm;
+        let (other, lacking, level) = match on.at(sample.x, sample.y) {
+            Level::Lower => (&to_upper, 1.0 - below_upper, &mut on_lower),
+            Level::Upper => (&to_lower, below_upper, &mut on_upper),
+            Level::Unknown => continue,
+        };
+        let distance = other.of(sample.x, sample.y).map(|(distance_px, _)| distance_px as usize);
+        if let Some(at_distance) = distance.and_then(|distance| level.get_mut(distance)) {
+            at_distance.push(lacking as f32);
         }
     }
     let [lower, upper] = [on_lower, on_upper].map(medians);
@@ -48,9 +43,9 @@ pub(super) fn wall_width_px(sides: &[(Side<'_>, &Grid<Level>)], fit: &Fit) -> Op
 }
 
 /// The medians up to the first distance with too few values.
-fn medians(by_distance: Vec<Vec<f64>>) -> Vec<f64> {
+fn medians(by_distance: Vec<Vec<f32>>) -> Vec<f64> {
     let enough = by_distance.into_iter().take_while(|values| values.len() >= LEAST);
-    enough.filter_map(|mut values| quantile(&mut values, 0.5)).collect()
+    enough.filter_map(|mut values| quantile(&mut values, 0.5).map(f64::from)).collect()
 }
 
 /// How far from the wall heights lack no more than [`LACKING`], in px: by lines through what they lack at half a pixel,
