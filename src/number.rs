@@ -50,8 +50,21 @@ pub(crate) fn sigma(value: f64, unit: &str) -> String {
 fn stated(value: f64, digits: i32, unit: &str) -> String {
     match value {
         _ if !value.is_finite() => UNKNOWN.to_owned(),
-        _ if value != 0.0 && value.abs() < LEAST => format!("less than {LEAST} {unit}"),
-        _ => format!("{} {unit}", significant(value, digits)),
+        _ if value != 0.0 && value.abs() < LEAST => with_unit(format!("less than {LEAST}"), unit),
+        _ => with_unit(significant(value, digits), unit),
+    }
+}
+
+/// A share has no unit.
+fn with_unit(number: String, unit: &str) -> String {
+    if unit.is_empty() { number } else { format!("{number} {unit}") }
+}
+
+/// A value to the place of the second digit of `size`, such as its scatter, with its unit.
+pub(crate) fn to_place_of(value: f64, size: f64, unit: &str) -> String {
+    match known(Some(size)) {
+        Some(size) if value.is_finite() => with_unit(fixed(value, decimals(size, 2)), unit),
+        _ => stated(value, DIGITS, unit),
     }
 }
 
@@ -60,10 +73,11 @@ pub(crate) fn with_interval(value: f64, half_width: Option<f64>, unit: &str) -> 
     match known(half_width) {
         _ if !value.is_finite() => UNKNOWN.to_owned(),
         Some(half_width) => {
-            let decimals = decimals(half_width, 2);
-            format!("{} {unit} \u{b1} {} {unit}", fixed(value, decimals), fixed(half_width, decimals))
+            let [value, half_width] =
+                [value, half_width].map(|number| with_unit(fixed(number, decimals(half_width, 2)), unit));
+            format!("{value} \u{b1} {half_width}")
         }
-        None => format!("{} {unit}, uncertainty unknown", significant(value, DIGITS)),
+        None => format!("{}, uncertainty unknown", with_unit(significant(value, DIGITS), unit)),
     }
 }
 
@@ -138,6 +152,12 @@ mod tests {
             (987.4, 12.3, "987 mm \u{b1} 12 mm"),
             (4.0, 99.6, "0 mm \u{b1} 100 mm"),
         ];
+        assert_eq!(with_interval(1.0291, Some(0.0124), ""), "1.029 \u{b1} 0.012");
+        assert_eq!(to_place_of(400.1234, 0.0156, "mm"), "400.123 mm");
+        assert_eq!(
+            (to_place_of(0.25, 0.0, ""), to_place_of(0.25, 0.013, "")),
+            ("0.250".to_owned(), "0.250".to_owned())
+        );
         for (value, sigma, shown) in cases {
             assert_eq!(with_interval(value, Some(sigma), "mm"), shown);
         }

@@ -6,12 +6,13 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{CliError, Talk};
-use crate::number::{ascii, plain, share, sigma, significant, with_interval};
-use crate::series::{ChangedQuantity, Characteristics, RepeatedQuantity, Series, Standard};
+use crate::number::{ascii, share, sigma, significant, to_place_of, with_interval};
+use crate::series::{
+    ChangedQuantity, Characteristics, RepeatedQuantity, SequenceState, Series, SeriesEntry, Standard,
+};
 use epirig_surface::{MeasurementNoise, Response, StepResponse};
 
-/// What is so improbable by chance is not chance: scans that scatter more than they claim, a known depth that is missed,
-/// and a change of any quantity.
+/// What is so improbable by chance is not chance: scans that scatter more than they claim, and a change of any quantity.
 const BY_CHANCE: f64 = 0.05;
 
 /// Tell what the rig can do, from repeated scans of one object
@@ -31,8 +32,9 @@ const BY_CHANCE: f64 = 0.05;
 The measurement noise N_M (ISO 25178-700) is the root mean square of the difference of successive
 heights, without its plane, over the root of 2. s_r is the repeatability standard deviation with its
 interval of 95 % coverage, and r the repeatability limit: two values differ by less than r with a
-probability of 95 % (ISO 5725). With standards: the amplification coefficient is the slope of measured over
-known depths, and the linearity deviation the largest distance of a mean from that line (ISO 25178-700).")]
+probability of 95 % (ISO 5725). With standards: the amplification coefficient is the slope of
+measured over known depths, by a line through zero, and the linearity deviation the largest distance
+of a mean from that line (ISO 25178-700).")]
 pub(super) struct Characterise {
     /// Folder to look below
     #[arg(default_value = ".")]
@@ -42,7 +44,7 @@ pub(super) struct Characterise {
     #[arg(long, value_name = "[NAME=]DEPTH")]
     standard: Vec<Standard>,
     /// Tell what has changed since earlier scans of the same object, which lie below this folder
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "standard")]
     earlier: Option<PathBuf>,
 }
 
@@ -57,16 +59,24 @@ struct CharacteriseOutput {
 
 impl Characterise {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let series = Series::below(&self.folder)?;
         let earlier =
-            self.earlier.map(|folder| characteristics(&folder, &self.standard, talk)).transpose()?;
-        let found = characteristics(&self.folder, &self.standard, talk)?;
+            self.earlier.map(|folder| earlier(&folder, (&self.folder, &series), talk)).transpose()?;
+        refuse_two_of_one_folder(&self.standard)?;
+        let found = characteristics(&self.folder, &series, &self.standard, talk)?;
         if !self.standard.is_empty() && found.response.is_none() {
             return Err(CliError::usage(format!(
                 "no depth was measured below {} of what --standard names; `epirig list` tells the names of the sequences",
                 self.folder.display()
             )));
         }
-        let changes = earlier.map(|earlier| found.compared_with(&earlier));
+        let changes = earlier.map(|earlier| {
+            let pairs = found.quantities.iter().filter_map(|now| {
+                let before = earlier.iter().find(|before| before.measure == now.measure)?;
+                now.compared_with(before)
+            });
+            pairs.collect()
+        });
         let output = CharacteriseOutput { found, changes };
         talk.result(&output, || described(&output))
     }
@@ -74,24 +84,75 @@ impl Characterise {
 
 /// Prints what the measured sequences below a folder tell of the rig.
 pub(super) fn characterise(folder: &Path, talk: &Talk) -> Result<(), CliError> {
-    let output = CharacteriseOutput { found: characteristics(folder, &[], talk)?, changes: None };
+    let found = characteristics(folder, &Series::below(folder)?, &[], talk)?;
+    let output = CharacteriseOutput { found, changes: None };
     talk.result(&output, || described(&output))
 }
 
-fn characteristics(folder: &Path, standards: &[Standard], talk: &Talk) -> Result<Characteristics, CliError> {
-    let series = Series::below(folder)?;
-    let found = Characteristics::of(folder, &series, standards, talk)?;
+fn refuse_two_of_one_folder(standards: &[Standard]) -> Result<(), CliError> {
+    let is_second = |(place, one): &(usize, &Standard)| {
+        standards[..*place].iter().any(|before| before.below == one.below)
+    };
+    match standards.iter().enumerate().find(is_second) {
+        None => Ok(()),
+        Some((_, standard)) => Err(CliError::usage(format!(
+            "--standard is given twice for the same sequences (the second time {standard}); name a folder for each of \
+             them: --standard \"FOLDER=0.2 mm\""
+        ))),
+    }
+}
+
+/// The quantities of the earlier scans below `folder`, none of which may be a scan of `now`.
+fn earlier(
+    folder: &Path,
+    (now_folder, now): (&Path, &Series),
+    talk: &Talk,
+) -> Result<Vec<RepeatedQuantity>, CliError> {
+    let before = Series::below(folder)?;
+    let places = |folder: &Path, series: &Series| -> Vec<PathBuf> {
+        let place = |entry: &SeriesEntry| folder.join(&entry.name).canonicalize();
+        series.entries.iter().filter_map(|entry| place(entry).ok()).collect()
+    };
+    let own = places(now_folder, now);
+    if let Some(both) = places(folder, &before).into_iter().find(|place| own.contains(place)) {
+        return Err(CliError::usage(format!(
+            "{} belongs to the earlier scans and to those that are compared with them; give folders that do not hold each \
+             other",
+            both.display()
+        )));
+    }
+    let (quantities, problems) = RepeatedQuantity::of_series(folder, &before);
+    for problem in problems {
+        talk.say(&format!("note: {}: {problem}", folder.display()));
+    }
+    if quantities.is_empty() {
+        return Err(too_few(folder, &before));
+    }
+    Ok(quantities)
+}
+
+fn too_few(folder: &Path, series: &Series) -> CliError {
+    let measured = series.entries.iter().filter(|entry| entry.state == SequenceState::Measured).count();
+    CliError::usage(format!(
+        "{measured} of {} sequences below {} are measured; repeats need two at least: scan the object again, and measure \
+         each scan",
+        series.entries.len(),
+        folder.display()
+    ))
+}
+
+fn characteristics(
+    folder: &Path,
+    series: &Series,
+    standards: &[Standard],
+    talk: &Talk,
+) -> Result<Characteristics, CliError> {
+    let found = Characteristics::of(folder, series, standards, talk)?;
     for problem in &found.problems {
         talk.say(&format!("note: {problem}"));
     }
     if found.sequences.len() < 2 {
-        return Err(CliError::usage(format!(
-            "{} of {} sequences below {} are measured; repeats need two at least: scan the object again, and measure each \
-             scan",
-            found.sequences.len(),
-            series.entries.len(),
-            folder.display()
-        )));
+        return Err(too_few(folder, series));
     }
     Ok(found)
 }
@@ -111,29 +172,22 @@ fn described(CharacteriseOutput { found, changes }: &CharacteriseOutput) -> Stri
 
 fn response_lines(response: &Response) -> String {
     let one = |step: &StepResponse| {
-        let StepResponse { known_mm, count, mean_mm, deviation_mm, half_width_95_mm, by_chance } = *step;
-        let agrees = by_chance.map_or(String::new(), |by_chance| {
-            let words =
-                if by_chance < BY_CHANCE { "farther off than the scans claim" } else { "as the scans claim" };
-            format!("\n  claimed          {words} (this far or farther by chance: {})", share(by_chance))
-        });
-        format!(
-            "known {known_mm:<12} mean {} of {count}, off by {}{agrees}\n",
-            plain(mean_mm, "mm"),
-            with_interval(deviation_mm, half_width_95_mm, "mm"),
-        )
+        let claimed = match step.as_claimed {
+            Some(true) => "  claimed          the interval of the scans reaches as far as that\n",
+            Some(false) => "  claimed          the interval of the scans does not reach as far as that\n",
+            None => "",
+        };
+        let off_by = with_interval(step.deviation_mm, step.half_width_95_mm, "mm");
+        let known = format!("known {} mm", step.known_mm);
+        format!("{known:<18} {} scan(s), off by {off_by}\n{claimed}", step.count)
     };
-    let interval = response.half_width_95.map_or(", interval unknown".to_owned(), |half_width| {
-        format!(" +- {} (95 % coverage)", significant(half_width, 2))
-    });
     let mut text: String = response.steps.iter().map(one).collect();
-    text.push_str(&format!("amplification      {:.5}{interval}\n", response.amplification));
-    text.extend(
-        response
-            .linearity_mm
-            .iter()
-            .map(|mm| format!("linearity          {} off that line at most\n", sigma(*mm, "mm"))),
-    );
+    let amplification = with_interval(response.amplification, response.half_width_95, "");
+    text.push_str(&format!("amplification      {amplification} (95 % coverage)\n"));
+    text.extend(response.linearity_mm.iter().map(|mm| {
+        let largest = sigma(*mm, "mm");
+        format!("linearity          a mean is off the line through zero by {largest} at most\n")
+    }));
     ascii(&text)
 }
 
@@ -141,22 +195,28 @@ fn response_lines(response: &Response) -> String {
 fn change_lines(changes: &[ChangedQuantity]) -> String {
     let least = BY_CHANCE / (2 * changes.len().max(1)) as f64;
     let lines = changes.iter().map(|change| {
-        let ChangedQuantity { measure, unit, earlier_mean, mean, earlier_deviation, deviation, .. } = change;
-        let words = |what: &str, before: f64, now: f64, by_chance: f64| {
+        let ChangedQuantity { measure, unit, earlier_deviation, deviation, .. } = *change;
+        let means = [change.earlier_mean, change.mean]
+            .map(|mean| to_place_of(mean, deviation.min(earlier_deviation), unit));
+        let deviations = [earlier_deviation, deviation].map(|deviation| sigma(deviation, unit));
+        let words = |what: &str, [before, now]: [String; 2], by_chance: f64| {
+            let chance = share(by_chance);
             (by_chance < least).then(|| {
-                let [before, now] = [before, now].map(|value| plain(value, unit).trim_end().to_owned());
                 format!(
-                    "changed            {measure}: {what} {before} before, {now} now (by chance: {})\n",
-                    share(by_chance)
+                    "changed            {measure}: {what} {before} before, {now} now (by chance: {chance})\n"
                 )
             })
         };
-        let of_mean = words("mean", *earlier_mean, *mean, change.mean_by_chance);
-        let of_scatter = words("s_r", *earlier_deviation, *deviation, change.deviation_by_chance);
+        let of_mean = words("mean", means, change.mean_by_chance);
+        let of_scatter = words("s_r", deviations, change.deviation_by_chance);
         of_mean.into_iter().chain(of_scatter).collect::<String>()
     });
     let text: String = lines.collect();
-    if text.is_empty() { "changed            nothing beyond chance\n".to_owned() } else { ascii(&text) }
+    if text.is_empty() {
+        "changed            nothing that so few scans could show\n".to_owned()
+    } else {
+        ascii(&text)
+    }
 }
 
 fn noise_lines(noise: &MeasurementNoise) -> String {
@@ -176,18 +236,14 @@ fn noise_lines(noise: &MeasurementNoise) -> String {
 
 fn quantity_lines(quantity: &RepeatedQuantity) -> String {
     let RepeatedQuantity { measure, unit, repeatability, claimed } = quantity;
-    let in_unit = |value: f64| match (*unit, value) {
-        (_, 0.0) => "0".to_owned(),
-        ("", value) => significant(value, 2),
-        (unit, value) => sigma(value, unit),
+    let in_unit = |value: f64| sigma(value, unit);
+    let mean = match repeatability.mean {
+        Some(mean) => ascii(&to_place_of(mean, repeatability.deviation, unit)),
+        None => "of several objects".to_owned(),
     };
-    let deviations = repeatability.mean.abs() / repeatability.deviation;
-    let digits = if deviations.is_finite() { 2 + deviations.max(1.0).log10() as i32 } else { 3 };
     let mut text = format!(
-        "{:<18} {}{}, s_r {} ({} to {}), r {}\n",
+        "{:<18} {mean}, s_r {} ({} to {}), r {}\n",
         measure.to_string(),
-        ascii(&significant(repeatability.mean, digits)),
-        if unit.is_empty() { String::new() } else { format!(" {unit}") },
         in_unit(repeatability.deviation),
         in_unit(repeatability.lower),
         in_unit(repeatability.upper),

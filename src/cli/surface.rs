@@ -280,7 +280,10 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         }
         text.extend(levels.on_plateaus.iter().map(plateaus));
         text.extend(levels.wall_width_mm.iter().map(|width_mm| {
-            format!("walls              {} wide, from 10 % to 90 % of the depth\n", plain(*width_mm, "mm"))
+            format!(
+                "walls              look {} wide in the map, from 10 % to 90 % of the depth\n",
+                plain(*width_mm, "mm")
+            )
         }));
         for (name, rough) in [
             ("about the levels", &levels.roughness),

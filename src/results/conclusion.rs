@@ -173,7 +173,7 @@ impl SurfaceFacts {
         self.levels.as_ref()?.depth.sigma_mm
     }
 
-    /// Width of the walls from 10 % to 90 % of the depth, in mm; `None` if that is not known.
+    /// How wide the walls look, from 10 % to 90 % of the depth, in mm; `None` if that is not known.
     pub fn wall_width_mm(&self) -> Option<f64> {
         self.levels.as_ref()?.wall_width_mm
     }

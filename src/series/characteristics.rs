@@ -105,36 +105,15 @@ impl Characteristics {
         progress.end();
         let sequences = series.entries.iter().map(|entry| entry.name.clone()).collect();
         let found = Trends::of(folder, &series, None);
-        let quantities =
-            found.trends.iter().filter_map(|trend| RepeatedQuantity::of(trend, standards)).collect();
-        let depths = found.trends.iter().find(|trend| trend.measure == Measure::Depth);
-        let steps = depths.map_or_else(Vec::new, |depths| Standard::steps(standards, depths));
-        let response = Response::of(&steps);
+        let quantities = RepeatedQuantity::all(&found, standards);
+        let steps = Standard::steps(standards, &series.entries);
         let mut problems = found.problems;
         let unmeasured = standards.iter().zip(&steps).filter(|(_, step)| step.measured_mm.is_empty());
         problems.extend(
             unmeasured.map(|(standard, _)| format!("no depth was measured of the standard {standard}")),
         );
-        Ok(Self { sequences, noise: MeasurementNoise::of(&pairs), quantities, response, problems })
-    }
-
-    /// What differs from `earlier` scans: every quantity that both have.
-    pub fn compared_with(&self, earlier: &Self) -> Vec<ChangedQuantity> {
-        let found = |now: &RepeatedQuantity| {
-            let before = earlier.quantities.iter().find(|before| before.measure == now.measure)?;
-            let (before, now_repeats) = (&before.repeatability, &now.repeatability);
-            Some(ChangedQuantity {
-                measure: now.measure,
-                unit: now.unit,
-                earlier_mean: before.mean,
-                mean: now_repeats.mean,
-                mean_by_chance: now_repeats.probability_of_mean(before),
-                earlier_deviation: before.deviation,
-                deviation: now_repeats.deviation,
-                deviation_by_chance: now_repeats.probability_of_scatter(before),
-            })
-        };
-        self.quantities.iter().filter_map(found).collect()
+        let (noise, response) = (MeasurementNoise::of(&pairs), Response::of(&steps));
+        Ok(Self { sequences, noise, quantities, response, problems })
     }
 }
 
@@ -154,6 +133,18 @@ impl Measured {
 }
 
 impl RepeatedQuantity {
+    /// Of the measured sequences of a series of one object, from their records alone; and what could not be read of them.
+    pub fn of_series(folder: &Path, series: &Series) -> (Vec<Self>, Vec<String>) {
+        let mut series = series.clone();
+        series.keep(Some(SequenceState::Measured), None);
+        let found = Trends::of(folder, &series, None);
+        (Self::all(&found, &[]), found.problems)
+    }
+
+    fn all(found: &Trends, standards: &[Standard]) -> Vec<Self> {
+        found.trends.iter().filter_map(|trend| Self::of(trend, standards)).collect()
+    }
+
     /// Each standard, and what is none, scatters about its own mean.
     fn of(trend: &Trend, standards: &[Standard]) -> Option<Self> {
         let mut objects = vec![Vec::new(); standards.len() + 1];
@@ -167,6 +158,21 @@ impl RepeatedQuantity {
             unit: trend.unit,
             repeatability: Repeatability::of_objects(&objects)?,
             claimed: sigmas.map(|sigmas| root_mean_square(&sigmas)),
+        })
+    }
+
+    /// What differs from the same quantity in `earlier` scans; `None` if both have no scatter to compare with.
+    pub fn compared_with(&self, earlier: &Self) -> Option<ChangedQuantity> {
+        let (now, before) = (&self.repeatability, &earlier.repeatability);
+        Some(ChangedQuantity {
+            measure: self.measure,
+            unit: self.unit,
+            earlier_mean: before.mean?,
+            mean: now.mean?,
+            mean_by_chance: now.probability_of_mean(before)?,
+            earlier_deviation: before.deviation,
+            deviation: now.deviation,
+            deviation_by_chance: now.probability_of_scatter(before)?,
         })
     }
 

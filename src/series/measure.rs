@@ -13,9 +13,9 @@ epirig_core::choices! {
     pub enum Measure {
         /// Depth of the hollows, or height of the raised parts.
         Depth = "depth",
-        /// Bow of the form: the flatness deviation, if the object is flat.
+        /// Bow of the form: the flatness deviation of the rig, if the object is flat.
         Bow = "bow",
-        /// Width of the walls from 10 % to 90 % of the depth.
+        /// How wide the walls look, from 10 % to 90 % of the depth.
         WallWidth = "wall-width",
         /// Standard uncertainty of a typical disparity, by the noise.
         Noise = "noise",
@@ -27,7 +27,7 @@ epirig_core::choices! {
         Brightness = "brightness",
         /// Change of the light from frame to frame.
         Flicker = "flicker",
-        /// Largest mean residual of the lens in a part of the image: the deviation of its x-y mapping.
+        /// Largest mean residual of the board's corners in a part of the image: what the lens leaves of the x-y mapping.
         Mapping = "mapping",
         /// Blur of the target's edges: the focus.
         Blur = "blur",

@@ -1,5 +1,6 @@
 //! What repeated scans tell of a rig.
 
+use std::fs;
 use std::path::Path;
 
 use epirig_data::formats::MapFormat;
@@ -9,7 +10,7 @@ use crate::support::{epirig, fails, succeeds};
 
 /// Root mean square of the known values of a map, and of these over those of another.
 fn errors(map: &Path, sigmas: &Path) -> [f64; 2] {
-    let read = |path: &Path| MapFormat::Tiff.decode(&std::fs::read(path).unwrap()).unwrap();
+    let read = |path: &Path| MapFormat::Tiff.decode(&fs::read(path).unwrap()).unwrap();
     let (map, sigmas) = (read(map), read(sigmas));
     let both = map.values().iter().zip(sigmas.values());
     let known: Vec<(f64, f64)> = both
@@ -18,6 +19,44 @@ fn errors(map: &Path, sigmas: &Path) -> [f64; 2] {
         .collect();
     let mean = |square: fn(&(f64, f64)) -> f64| known.iter().map(square).sum::<f64>() / known.len() as f64;
     [mean(|(value, _)| value.powi(2)).sqrt(), mean(|(value, sigma)| (value / sigma).powi(2)).sqrt()]
+}
+
+/// Two series of the same scans, of which one has other records.
+fn compares_with_earlier_scans(folder: &Path) {
+    let twice = ["characterise", "repeats", "--earlier", "repeats"];
+    fails(folder, &twice, 2, &["belongs to the earlier scans"]);
+    let both = ["characterise", "repeats", "--earlier", "other", "--standard", "0.2 mm"];
+    fails(folder, &both, 2, &["--standard", "--earlier"]);
+    for number in 1..=4 {
+        let (from, to) = (folder.join(format!("repeats/00{number}")), folder.join(format!("other/{number}")));
+        fs::create_dir_all(to.join("results/surface")).unwrap();
+        // No map, and no frame.
+        for file in ["sequence.json", "journal.jsonl", "results/match.json", "results/surface/surface.json"] {
+            fs::copy(from.join(file), to.join(file)).unwrap();
+        }
+    }
+    let compared = ["characterise", "repeats", "--earlier", "other"];
+    assert!(succeeds(folder, &compared).contains("nothing that so few scans could show"));
+    let found: Value =
+        serde_json::from_str(&succeeds(folder, &[&compared[..], &["--json"]].concat())).unwrap();
+    let changes = found["changes"].as_array().unwrap();
+    // The same values: chance makes them differ as much, always.
+    for change in changes {
+        for by_chance in ["mean_by_chance", "deviation_by_chance"] {
+            assert!((change[by_chance].as_f64().unwrap() - 1.0).abs() < 1e-9, "{change}");
+        }
+    }
+    assert!(changes.iter().any(|change| change["measure"] == "bow"), "{changes:?}");
+    // Bows that were a mm less before.
+    for number in 1..=4 {
+        let path = folder.join(format!("other/{number}/results/surface/surface.json"));
+        let mut record: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+        record["bow_mm"] = (record["bow_mm"].as_f64().unwrap() - 1.0).into();
+        fs::write(&path, record.to_string()).unwrap();
+    }
+    let text = succeeds(folder, &compared);
+    let line = text.lines().find(|line| line.starts_with("changed ")).unwrap();
+    assert!(line.contains("bow: mean -") && line.contains(" mm before, "), "{line}");
 }
 
 #[test]
@@ -73,21 +112,11 @@ fn noise_of_repeated_scans_is_that_about_the_true_plane() {
     assert!(text.contains("N_M ") && text.contains("s_r ") && text.contains("claimed "), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
     fails(folder, &["characterise", "repeats/001"], 2, &["1 of 1 sequences", "two at least"]);
-    // What is compared with itself has not changed.
-    let same = succeeds(folder, &["characterise", "repeats", "--earlier", "repeats", "--json"]);
-    let changes = serde_json::from_str::<Value>(&same).unwrap()["changes"].clone();
-    let is_same = |change: &Value| {
-        let by_chance = [&change["mean_by_chance"], &change["deviation_by_chance"]];
-        by_chance.iter().all(|share| (share.as_f64().unwrap() - 1.0).abs() < 1e-9)
-    };
-    assert!(!changes.as_array().unwrap().is_empty());
-    assert!(changes.as_array().unwrap().iter().all(is_same), "{changes}");
-    assert!(
-        succeeds(folder, &["characterise", "repeats", "--earlier", "repeats"])
-            .contains("nothing beyond chance")
-    );
+    compares_with_earlier_scans(folder);
     // A plane has no depth.
     let standard = |text| ["characterise", "repeats", "--standard", text];
     fails(folder, &standard("0.2 mm"), 2, &["no depth was measured", "--standard", "`epirig list`"]);
     fails(folder, &standard("0.2"), 2, &["0.2 +- 0.001 mm"]);
+    let twice = [&standard("0.2 mm")[..], &["--standard", "./=0.3 mm"]].concat();
+    fails(folder, &twice, 2, &["given twice", "of 0.3 mm"]);
 }

@@ -127,7 +127,7 @@ fn a_lost_focus_is_told_by_earlier_scans_and_other_noise_is_not() {
         let lines = text.lines().filter_map(|line| line.strip_prefix("changed "));
         lines.map(|line| line.trim().to_owned()).collect::<Vec<_>>()
     };
-    assert_eq!(changed("same", REAL), ["nothing beyond chance"]);
+    assert_eq!(changed("same", REAL), ["nothing that so few scans could show"]);
     let lost = changed("lost", Rig { point_spread_px: 2.0, ..REAL });
     assert!(lost.iter().any(|line| line.starts_with("noise: mean ")), "{lost:?}");
 }

@@ -20,8 +20,8 @@ pub struct Repeatability {
     pub count: usize,
     /// Degrees of freedom of the standard deviation: one less than the values of each object.
     pub degrees_of_freedom: usize,
-    /// Their mean.
-    pub mean: f64,
+    /// Their mean; `None` for values of several objects.
+    pub mean: Option<f64>,
     /// Repeatability standard deviation s_r.
     pub deviation: f64,
     /// Lower end of its interval of 95 % coverage, for normal values.
@@ -38,8 +38,8 @@ impl Repeatability {
         Self::of_objects(&[values])
     }
 
-    /// Of finite values of each of several objects, which are taken to scatter alike, each about its own mean (ISO 5725-2,
-    /// 7.4.5); `None` if no object has two.
+    /// Of finite values of each of several objects; `None` if no object has two. Each object scatters about its own mean, and
+    /// all of them are taken to scatter alike: their variances are pooled by their degrees of freedom.
     pub fn of_objects(values: &[impl AsRef<[f64]>]) -> Option<Self> {
         let objects = || values.iter().map(AsRef::as_ref).filter(|values| !values.is_empty());
         let count: usize = objects().map(<[f64]>::len).sum();
@@ -48,12 +48,9 @@ impl Repeatability {
             return None;
         }
         let degrees = degrees_of_freedom as f64;
-        let squares = |values: &[f64]| {
-            let mean = mean(values);
-            values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
-        };
-        let deviation = (objects().map(squares).sum::<f64>() / degrees).sqrt();
-        let mean = objects().flatten().sum::<f64>() / count as f64;
+        let deviation = (objects().map(|values| Sums::of(values).squares).sum::<f64>() / degrees).sqrt();
+        let mut each = objects().map(|values| Sums::of(values).mean);
+        let mean = each.next().filter(|_| each.next().is_none());
         let squares = ChiSquared::new(degrees).ok()?;
         let end = |share: f64| deviation * (degrees / squares.inverse_cdf(share)).sqrt();
         let (lower, upper) = (end(0.975), end(0.025));
@@ -68,28 +65,50 @@ impl Repeatability {
     }
 
     /// How often the means of two series of the same normal process differ as far as these, or farther; 0 to 1. The two
-    /// need not scatter alike (Welch 1947).
-    pub fn probability_of_mean(&self, other: &Self) -> f64 {
+    /// need not scatter alike (Welch 1947). `None` for series of several objects, and for those that do not scatter.
+    pub fn probability_of_mean(&self, other: &Self) -> Option<f64> {
+        let difference = (self.mean? - other.mean?).abs();
         let [one, two] = [self, other].map(|series| series.deviation.powi(2) / series.count as f64);
-        let difference = (self.mean - other.mean).abs();
-        if one + two <= 0.0 {
-            return if difference > 0.0 { 0.0 } else { 1.0 };
+        if one <= 0.0 || two <= 0.0 {
+            return None;
         }
         let part = |variance: f64, series: &Self| variance.powi(2) / series.degrees_of_freedom as f64;
         let degrees = (one + two).powi(2) / (part(one, self) + part(two, other));
-        2.0 * share_below(-difference / (one + two).sqrt(), degrees)
+        Some(2.0 * share_below(-difference / (one + two).sqrt(), degrees))
     }
 
     /// How often the standard deviations of two series of the same normal process differ by as large a factor as these,
-    /// or a larger one; 0 to 1 (Fisher's F, two-sided).
-    pub fn probability_of_scatter(&self, other: &Self) -> f64 {
+    /// or a larger one; 0 to 1 (Fisher's F, two-sided). `None` for series that do not scatter.
+    pub fn probability_of_scatter(&self, other: &Self) -> Option<f64> {
         let [one, two] = [self, other].map(|series| series.degrees_of_freedom as f64);
         if self.deviation <= 0.0 || other.deviation <= 0.0 {
-            return if self.deviation > 0.0 || other.deviation > 0.0 { 0.0 } else { 1.0 };
+            return None;
         }
         let ratio = (self.deviation / other.deviation).powi(2);
-        let below = FisherSnedecor::new(one, two).map_or(f64::NAN, |fisher| fisher.cdf(ratio));
-        2.0 * below.min(1.0 - below)
+        let below = FisherSnedecor::new(one, two).ok()?.cdf(ratio);
+        Some(2.0 * below.min(1.0 - below))
+    }
+}
+
+/// Mean of values, and the sum of their squared distances from it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sums {
+    pub(crate) mean: f64,
+    pub(crate) squares: f64,
+}
+
+impl Sums {
+    /// Of one value at least. Values that are all equal do not scatter, whatever rounding makes of their mean.
+    pub(crate) fn of(values: &[f64]) -> Self {
+        match values {
+            [first, rest @ ..] if rest.iter().all(|value| value == first) => {
+                Self { mean: *first, squares: 0.0 }
+            }
+            _ => {
+                let mean = mean(values);
+                Self { mean, squares: values.iter().map(|value| (value - mean).powi(2)).sum() }
+            }
+        }
     }
 }
 
@@ -208,7 +227,7 @@ mod tests {
         // Of ten values, the interval of 95 % coverage is 0.688 s to 1.826 s (chi squared 19.023 and 2.700).
         let values: Vec<f64> = (0..10).map(f64::from).collect();
         let found = Repeatability::of(&values).unwrap();
-        assert_eq!((found.count, found.mean), (10, 4.5));
+        assert_eq!((found.count, found.mean), (10, Some(4.5)));
         assert!((found.deviation - 3.02765).abs() < 1e-5);
         assert!((found.lower / found.deviation - 0.688).abs() < 1e-3, "{found:?}");
         assert!((found.upper / found.deviation - 1.826).abs() < 1e-3, "{found:?}");
@@ -238,7 +257,7 @@ mod tests {
         // Squares 2 and 2, of one and two degrees of freedom.
         assert_eq!((found.count, found.degrees_of_freedom), (6, 3));
         assert!((found.deviation - (4.0_f64 / 3.0).sqrt()).abs() < 1e-12, "{found:?}");
-        assert!((found.mean - 47.0 / 6.0).abs() < 1e-12, "{found:?}");
+        assert_eq!(found.mean, None);
         assert_eq!(Repeatability::of_objects(&[[1.0], [2.0]]), None);
     }
 
@@ -247,20 +266,21 @@ mod tests {
         let series = |values: &[f64]| Repeatability::of(values).unwrap();
         // By scipy.stats.ttest_ind(equal_var=False) and by 2 min(F, 1 - F) of scipy.stats.f.
         let (one, two) = (series(&[1.0, 2.0, 4.0, 5.0]), series(&[6.0, 6.5, 7.5]));
-        assert!(
-            (one.probability_of_mean(&two) - 0.020_467_78).abs() < 1e-6,
-            "{}",
-            one.probability_of_mean(&two)
-        );
-        assert!(
-            (one.probability_of_scatter(&two) - 0.305_097_71).abs() < 1e-6,
-            "{}",
-            one.probability_of_scatter(&two)
-        );
-        assert_eq!(one.probability_of_mean(&one), 1.0);
-        let same = series(&[2.0, 2.0]);
-        assert_eq!((same.probability_of_mean(&same), same.probability_of_scatter(&same)), (1.0, 1.0));
-        assert_eq!(same.probability_of_scatter(&one), 0.0);
+        let [of_mean, of_scatter] = [one.probability_of_mean(&two), one.probability_of_scatter(&two)];
+        assert!((of_mean.unwrap() - 0.020_467_78).abs() < 1e-6, "{of_mean:?}");
+        assert!((of_scatter.unwrap() - 0.305_097_71).abs() < 1e-6, "{of_scatter:?}");
+        assert_eq!(one.probability_of_mean(&one), Some(1.0));
+    }
+
+    #[test]
+    fn equal_values_do_not_scatter_and_are_not_tested() {
+        // The mean of three times 0.1 is not 0.1.
+        for count in 2..9 {
+            let same = Repeatability::of(&vec![0.1; count]).unwrap();
+            assert_eq!((same.mean, same.deviation), (Some(0.1), 0.0));
+            let other = Repeatability::of(&[0.1, 0.2]).unwrap();
+            assert_eq!((same.probability_of_mean(&other), same.probability_of_scatter(&other)), (None, None));
+        }
     }
 
     /// A surface with hollows, measured again and again with noise, and each time with another tilt.

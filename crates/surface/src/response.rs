@@ -1,10 +1,9 @@
 //! What measured step heights of standards tell of an instrument (ISO 25178-700: amplification and linearity).
 
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::repeats::Sums;
 use super::student::student_t_95;
-use epirig_core::statistics::mean;
 
 /// A step whose height is known, and what was measured of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,9 +14,9 @@ pub struct StandardStep {
     pub known_sigma_mm: f64,
     /// The heights that were measured, in mm.
     pub measured_mm: Vec<f64>,
-    /// The standard uncertainty that the measurements claim of themselves, in mm: root mean square; `None` if one does
-    /// not know it. Its larger part is the same for all of them, such as that of the scale.
-    pub claimed_sigma_mm: Option<f64>,
+    /// Half the width of the interval of 95 % coverage that a measurement claims of itself, in mm: root mean square of all;
+    /// `None` if one does not know it. A part of it, such as that of the scale, is the same for all of them.
+    pub claimed_half_width_mm: Option<f64>,
 }
 
 /// A step by the instrument.
@@ -34,9 +33,9 @@ pub struct StepResponse {
     /// Half the width of its interval of 95 % coverage, in mm, by the repeats and by what is known of the standard; `None`
     /// if no step was measured twice.
     pub half_width_95_mm: Option<f64>,
-    /// How often a height with the claimed uncertainty is off as far as this, or farther, by chance; 0 to 1. `None` if
-    /// the measurements claim none.
-    pub by_chance: Option<f64>,
+    /// Whether the interval that a measurement claims of itself, with that of the standard, reaches from the mean to the known
+    /// height; `None` if the measurements claim none.
+    pub as_claimed: Option<bool>,
 }
 
 /// How measured heights follow known ones.
@@ -53,70 +52,44 @@ pub struct Response {
     pub steps: Vec<StepResponse>,
 }
 
-/// Mean, number, and sum of the squared distances from the mean.
-struct Sums {
-    mean_mm: f64,
-    count: f64,
-    squares: f64,
-}
-
-impl Sums {
-    fn of(values: &[f64]) -> Self {
-        let mean_mm = mean(values);
-        let squares = values.iter().map(|value| (value - mean_mm).powi(2)).sum();
-        Self { mean_mm, count: values.len() as f64, squares }
-    }
-}
-
 impl Response {
     /// Of steps that were measured; those that were not are left out, and `None` is the answer if nothing is left. The
-    /// measurements of all steps are taken to scatter alike.
+    /// measurements of all steps are taken to scatter alike, and all steps count alike: weights by so few measurements would
+    /// make the interval too narrow.
     pub fn of(steps: &[StandardStep]) -> Option<Self> {
         let steps: Vec<&StandardStep> = steps.iter().filter(|step| !step.measured_mm.is_empty()).collect();
         let sums: Vec<Sums> = steps.iter().map(|step| Sums::of(&step.measured_mm)).collect();
-        let degrees: f64 = sums.iter().map(|sums| sums.count - 1.0).sum();
+        let degrees = steps.iter().map(|step| step.measured_mm.len() - 1).sum::<usize>() as f64;
         let variance = (degrees > 0.0).then(|| sums.iter().map(|sums| sums.squares).sum::<f64>() / degrees);
         // Variances of a mean by the repeats, and by the standard.
-        let parts: Vec<(f64, f64)> = steps
-            .iter()
-            .zip(&sums)
-            .map(|(step, sums)| (variance.unwrap_or(0.0) / sums.count, step.known_sigma_mm.powi(2)))
-            .collect();
-        let one_is_exact = parts.iter().any(|(scatter, known)| scatter + known <= 0.0);
-        let weights: Vec<f64> = parts
-            .iter()
-            .map(|(scatter, known)| if one_is_exact { 1.0 } else { (scatter + known).recip() })
-            .collect();
-        let [mut over, mut under] = [0.0, 0.0];
-        for ((step, sums), weight) in steps.iter().zip(&sums).zip(&weights) {
-            over += weight * step.known_mm * sums.mean_mm;
-            under += weight * step.known_mm.powi(2);
-        }
-        let amplification = over / under;
+        let scatter = |step: &StandardStep| variance.map(|variance| variance / step.measured_mm.len() as f64);
+        let known = |step: &StandardStep| step.known_sigma_mm.powi(2);
+        let squares: f64 = steps.iter().map(|step| step.known_mm.powi(2)).sum();
+        let products = steps.iter().zip(&sums).map(|(step, sums)| step.known_mm * sums.mean);
+        let amplification = products.sum::<f64>() / squares;
         if !amplification.is_finite() {
             return None;
         }
-        let of_slope = |part: fn(&(f64, f64)) -> f64| {
-            let each = steps.iter().zip(&parts).zip(&weights);
-            each.map(|((step, parts), weight)| (weight * step.known_mm / under).powi(2) * part(parts)).sum()
+        let of_slope = |of: &dyn Fn(&StandardStep) -> f64| -> f64 {
+            steps.iter().map(|step| (step.known_mm / squares).powi(2) * of(step)).sum()
         };
-        let half_width_95 =
-            variance.map(|_| half_width(of_slope(|part| part.0), of_slope(|part| part.1), degrees));
+        let by_scatter = |step: &StandardStep| scatter(step).unwrap_or(0.0);
+        let half_width_95 = variance.map(|_| half_width(of_slope(&by_scatter), of_slope(&known), degrees));
         let off_line =
-            steps.iter().zip(&sums).map(|(step, sums)| (sums.mean_mm - amplification * step.known_mm).abs());
+            steps.iter().zip(&sums).map(|(step, sums)| (sums.mean - amplification * step.known_mm).abs());
         let linearity_mm = (steps.len() > 1).then(|| off_line.fold(0.0, f64::max));
-        let each = steps.iter().zip(&sums).zip(&parts).map(|((step, sums), (scatter, known))| {
-            let deviation_mm = sums.mean_mm - step.known_mm;
-            let claimed = step.claimed_sigma_mm.map(|claimed| claimed.hypot(step.known_sigma_mm));
+        let each = steps.iter().zip(&sums).map(|(step, sums)| {
+            let deviation_mm = sums.mean - step.known_mm;
+            let claimed_mm = step
+                .claimed_half_width_mm
+                .map(|claimed| claimed.hypot(student_t_95(f64::INFINITY) * step.known_sigma_mm));
             StepResponse {
                 known_mm: step.known_mm,
                 count: step.measured_mm.len(),
-                mean_mm: sums.mean_mm,
+                mean_mm: sums.mean,
                 deviation_mm,
-                half_width_95_mm: variance.map(|_| half_width(*scatter, *known, degrees)),
-                by_chance: claimed
-                    .filter(|claimed| *claimed > 0.0)
-                    .map(|claimed| 2.0 * Normal::standard().sf(deviation_mm.abs() / claimed)),
+                half_width_95_mm: scatter(step).map(|scatter| half_width(scatter, known(step), degrees)),
+                as_claimed: claimed_mm.map(|claimed_mm| deviation_mm.abs() <= claimed_mm),
             }
         });
         Some(Self { amplification, half_width_95, linearity_mm, steps: each.collect() })
@@ -140,7 +113,7 @@ mod tests {
 
     fn step(known_mm: f64, measured_mm: &[f64]) -> StandardStep {
         let measured_mm = measured_mm.to_vec();
-        StandardStep { known_mm, known_sigma_mm: 0.0, measured_mm, claimed_sigma_mm: Some(0.002) }
+        StandardStep { known_mm, known_sigma_mm: 0.0, measured_mm, claimed_half_width_mm: Some(0.004) }
     }
 
     #[test]
@@ -155,8 +128,11 @@ mod tests {
         assert_eq!(first.count, 2);
         assert!((first.deviation_mm - 0.003).abs() < 1e-12, "{first:?}");
         assert!((first.half_width_95_mm.unwrap() - 0.004303).abs() < 1e-5, "{first:?}");
-        // One and a half standard deviations or more: 13.36 % of a normal distribution.
-        assert!((first.by_chance.unwrap() - 0.1336).abs() < 1e-4, "{first:?}");
+        // 0.003 mm and 0.005 mm off, with 0.004 mm claimed.
+        assert_eq!(
+            found.steps.iter().map(|step| step.as_claimed).collect::<Vec<_>>(),
+            [Some(true), Some(false)]
+        );
     }
 
     #[test]
@@ -175,22 +151,27 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(11);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let (runs, truth) = (2000, 0.98);
-        let held = (0..runs)
-            .filter(|_| {
-                let steps: Vec<StandardStep> = [0.05, 0.2, 0.8]
-                    .iter()
-                    .map(|&true_mm| StandardStep {
-                        known_mm: true_mm + 0.0005 * normal(),
-                        known_sigma_mm: 0.0005,
-                        measured_mm: (0..4).map(|_| truth * true_mm + 0.002 * normal()).collect(),
-                        claimed_sigma_mm: None,
-                    })
-                    .collect();
-                let found = Response::of(&steps).unwrap();
-                (found.amplification - truth).abs() <= found.half_width_95.unwrap()
-            })
-            .count() as f64;
-        // Four standard deviations of a count with 95 % inside.
-        assert!((held - 0.95 * 2000.0).abs() < 4.0 * (2000.0_f64 * 0.95 * 0.05).sqrt(), "{held}");
+        // Known height, what it is known to, and number of measurements, of each standard.
+        let even = [(0.05, 0.0005, 4), (0.2, 0.0005, 4), (0.8, 0.0005, 4)];
+        let uneven = [(0.05, 0.0001, 2), (0.2, 0.005, 1), (0.8, 0.001, 1)];
+        let exact = [(0.1, 0.0, 3), (0.2, 0.0, 1), (0.3, 0.0, 1)];
+        for standards in [even, uneven, exact] {
+            let held = (0..runs)
+                .filter(|_| {
+                    let steps = standards.map(|(true_mm, known_sigma_mm, count)| StandardStep {
+                        known_mm: true_mm + known_sigma_mm * normal(),
+                        known_sigma_mm,
+                        measured_mm: (0..count).map(|_| truth * true_mm + 0.002 * normal()).collect(),
+                        claimed_half_width_mm: None,
+                    });
+                    let found = Response::of(&steps).unwrap();
+                    (found.amplification - truth).abs() <= found.half_width_95.unwrap()
+                })
+                .count() as f64;
+            // Four standard deviations of a count with 95 % inside, and a hundredth: degrees of freedom of a sum of
+            // variances are approximate.
+            let allowed = 4.0 * (2000.0_f64 * 0.95 * 0.05).sqrt() + 20.0;
+            assert!((held - 0.95 * 2000.0).abs() < allowed, "{standards:?}: {held}");
+        }
     }
 }

@@ -162,7 +162,10 @@ fn margins(levels: &LevelsSummary) -> Markup {
             }
         }
         @if let Some(width_mm) = levels.wall_width_mm {
-            p { "The walls are " (plain(width_mm, "mm")) " wide, from 10 % to 90 % of the depth." }
+            p {
+                "In the map the walls look " (plain(width_mm, "mm")) " wide, from 10 % to 90 % of the depth. Blur and \
+                 the windows of the match are part of that."
+            }
         }
     }
 }

@@ -29,14 +29,17 @@ export function valueOf(page: Page): Locator {
   return page.getByRole('status', { name: 'Value at pixel' });
 }
 
-/** What the server says. While frames are being read it says 503, and is asked again, as the page does. */
+/** What the server says. While it still reads the frames it says 503, and is asked again. */
 async function get(page: Page, path: string): Promise<Buffer> {
-  const ask = (): Promise<APIResponse> =>
-    page.request.get(`${ORIGIN}/api/${path}`, { headers: { 'x-epirig-token': SECRET } });
-  let reply = await ask();
-  while (reply.status() === 503) reply = await ask();
-  expect(reply.ok()).toBe(true);
-  return reply.body();
+  const headers = { 'x-epirig-token': SECRET };
+  let reply: APIResponse | undefined;
+  const ask = async (): Promise<number> => {
+    reply = await page.request.get(`${ORIGIN}/api/${path}`, { headers });
+    return reply.status();
+  };
+  await expect.poll(ask, { intervals: [200] }).not.toBe(503);
+  expect(reply!.ok()).toBe(true);
+  return reply!.body();
 }
 
 export async function resultsOf(page: Page): Promise<Results> {

@@ -87,8 +87,9 @@ pub struct Steps {
     /// Depth on the plateaus of ISO 5436-1; `None` if no part is so wide that a third of it is at least the smallest
     /// margin.
     pub on_plateaus: Option<DepthOnPlateaus>,
-    /// Width of the walls from 10 % to 90 % of the depth, in px, to about a pixel: that of the object's walls, of blur and
-    /// windows, and of the noise that hides where they are. `None` if heights do not reach both levels beside them.
+    /// How wide the walls look in the map, from 10 % to 90 % of the depth, in px, to about a pixel: blur and the windows of
+    /// the match are part of that. `None` if heights scatter by more than a twentieth of the depth, or do not reach both
+    /// levels beside the walls.
     pub wall_width_px: Option<f64>,
     /// The trend of the upper level.
     pub trend: Trend,
@@ -287,7 +288,7 @@ fn steps(
         budget,
         raised,
         on_plateaus,
-        wall_width_px: wall_width_px(field, &whole.levels, &of_map.levels),
+        wall_width_px: wall_width_px(field, &whole.levels, (&of_map.levels, certainty_of_map.scatter_mm)),
         parts: parts(&plateaus, &whole.levels, &fitted, &certainty, raised, options),
         by_margin,
         trend: of_map.trend(field, &certainty_of_map),

@@ -9,16 +9,27 @@ use epirig_core::statistics::quantile;
 
 /// Farthest from a wall that is looked at, in px.
 const FARTHEST_PX: usize = 48;
-/// Fewest heights at a distance from the walls: their median is then known to an eighth of their scatter.
+/// Fewest heights at a distance from the walls.
 const LEAST: usize = 100;
+/// Largest scatter of the heights, as a share of the depth. The heights say where the walls are, and where noise says it, they
+/// look narrower than they are: at this limit by a tenth.
+const LARGEST_SCATTER: f64 = 0.05;
 /// Share of the depth that heights may lack at the ends of a wall.
 const LACKING: f64 = 0.1;
 
 /// Width of the walls of a map in px, across them: from where heights lie a tenth of the depth above the lower level to
-/// where a tenth is missing to the upper one. It is what the walls of the object, the blur, the windows of the matcher, and
-/// the noise that hides where the walls are make together. No width is told to less than a pixel. `None` if heights do not
-/// come as near to both levels as that within [`FARTHEST_PX`].
-pub(super) fn wall_width_px(field: &Field<'_>, on: &Grid<Level>, levels: &Levels) -> Option<f64> {
+/// where a tenth is missing to the upper one. The walls of the object, the blur and the windows of the matcher make it. It is
+/// told to about a pixel; a sharp wall looks 0.8 px wide, and walls at an angle up to a pixel narrower than they are, as
+/// distances are those of middles of pixels. `None` if heights scatter about their levels by more than a twentieth of the
+/// depth, or do not come near enough to both levels within [`FARTHEST_PX`].
+pub(super) fn wall_width_px(
+    field: &Field<'_>,
+    on: &Grid<Level>,
+    (levels, scatter_mm): (&Levels, f64),
+) -> Option<f64> {
+    if scatter_mm > LARGEST_SCATTER * levels.depth_mm {
+        return None;
+    }
     // What heights lack to the level that they are on, as a share of the depth, by whole pixels from the wall.
     let mut on_lower = vec![Vec::new(); FARTHEST_PX];
     let mut on_upper = on_lower.clone();
@@ -70,30 +81,55 @@ mod tests {
     use super::super::tests::{SIDE, field, options, tilted};
     use crate::trend::TrendKind;
 
-    /// A hollow 70 px across, 0.2 mm deep, whose walls fall evenly over so many px; and its mirror, which is raised.
-    fn with_walls(width_px: f64, is_disc: bool, sign: f64, sigma_mm: f64) -> f64 {
-        let middle = 0.5 * SIDE as f64;
+    /// A hollow 70 px across, 0.2 mm deep, whose walls fall evenly over so many px; or its mirror, which is raised.
+    fn looks(width_px: f64, shape: Shape, sign: f64, sigma_mm: f64) -> Option<f64> {
+        let middle = 0.5 * (SIDE as f64 - 1.0);
         let heights = field(sigma_mm, 7, |x_mm, y_mm, x, y| {
             let (x, y) = (x as f64 - middle, y as f64 - middle);
-            // A groove at an angle of 30 degrees, or a disc.
-            let beyond = if is_disc { x.hypot(y) } else { (0.5 * x + 0.75_f64.sqrt() * y).abs() } - 35.0;
-            let rises = (0.5 + beyond / width_px.max(1e-9)).clamp(0.0, 1.0);
+            let from_middle = match shape {
+                Shape::Upright => x.abs(),
+                Shape::Slanted => (0.5 * x + 0.75_f64.sqrt() * y).abs(),
+                Shape::Round => x.hypot(y),
+            };
+            let rises = (0.5 + (from_middle - 35.0) / width_px.max(1e-9)).clamp(0.0, 1.0);
             tilted(x_mm, y_mm) + 0.2 * sign * rises
         });
-        find_steps(&heights, None, &options(TrendKind::Plane)).unwrap().wall_width_px.unwrap()
+        find_steps(&heights, None, &options(TrendKind::Plane)).unwrap().wall_width_px
+    }
+
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    enum Shape {
+        Upright,
+        /// By 30 degrees.
+        Slanted,
+        Round,
     }
 
     #[test]
-    fn walls_are_as_wide_as_they_are_and_never_less_than_a_pixel() {
-        for (is_disc, sign) in [(false, 1.0), (false, -1.0), (true, 1.0), (true, -1.0)] {
-            for (width_px, sigma_mm) in [(0.0, 1e-4), (4.0, 1e-4), (4.0, 0.01), (12.0, 1e-4), (12.0, 0.01)] {
-                let found = with_walls(width_px, is_disc, sign, sigma_mm);
-                // From a tenth to nine of an even slope. Distances are those of middles of pixels, which lie up to half a
-                // pixel off a wall at an angle, on both sides of it.
+    fn walls_are_as_wide_as_they_look() {
+        for (shape, sign) in [
+            (Shape::Upright, 1.0),
+            (Shape::Upright, -1.0),
+            (Shape::Slanted, 1.0),
+            (Shape::Slanted, -1.0),
+            (Shape::Round, 1.0),
+            (Shape::Round, -1.0),
+        ] {
+            for (width_px, sigma_mm) in [(0.0, 1e-4), (4.0, 1e-4), (4.0, 0.008), (12.0, 1e-4), (12.0, 0.008)]
+            {
+                let found = looks(width_px, shape, sign, sigma_mm).unwrap();
+                // From a tenth to nine of an even slope; a sharp one jumps between the middles of two pixels.
                 let truth = f64::max(0.8 * width_px, 0.8);
-                assert!((found - truth).abs() < 1.0, "{width_px}, {is_disc}, {sign}, {sigma_mm}: {found}");
+                // Upright walls have exact distances, and others are narrower by up to half a pixel on each side. Noise of
+                // 4 % of the depth narrows them by up to a tenth.
+                let exact = if sigma_mm > 0.001 { 0.1 * truth } else { 0.0 } + 0.1;
+                let slanted = if shape == Shape::Upright { 0.0 } else { 1.0 };
+                let is_right = (truth - exact - slanted..=truth + exact).contains(&found);
+                assert!(is_right, "{width_px}, {shape:?}, {sign}, {sigma_mm}: {found}");
             }
         }
+        // Noise of 8 % would say where the walls are.
+        assert_eq!(looks(4.0, Shape::Upright, 1.0, 0.016), None);
     }
 
     #[test]
