@@ -106,11 +106,16 @@ fn standards_tell_amplification_and_linearity_of_three_rigs() {
         let steps = response["steps"].as_array().unwrap();
         let widest = steps.iter().map(|step| number(&step["half_width_95_mm"])).fold(0.0, f64::max);
         assert!(number(&response["linearity_mm"]) <= widest, "{response}");
-        // The walls fall over a pixel of 0.4 mm. Blur and windows widen them, to less than a grown window (11 px).
+        // The walls fall over a pixel of 0.4 mm. Blur and windows widen them, to less than a grown window (11 px). With
+        // much noise nothing is told of them.
+        let found = characterised(folder, &["d2"]);
         let quantities = found["quantities"].as_array().unwrap();
-        let walls = quantities.iter().find(|quantity| quantity["measure"] == "wall-width").unwrap();
-        let width_mm = number(&walls["repeatability"]["mean"]);
-        assert!((0.4..4.4).contains(&width_mm), "{walls}");
+        let walls = quantities.iter().find(|quantity| quantity["measure"] == "wall-width");
+        assert!(walls.is_some() || rig.noise_dn > REAL.noise_dn, "{found}");
+        if let Some(walls) = walls {
+            let width_mm = number(&walls["repeatability"]["mean"]);
+            assert!((0.4..4.4).contains(&width_mm), "{walls}");
+        }
     }
 }
 
