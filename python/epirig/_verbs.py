@@ -1290,15 +1290,15 @@ def trend(
     measure
         The quantity whose values are looked at one by one, and drawn.
         - "depth": Depth of the hollows, or height of the raised parts.
-        - "bow": Bow of the form: the flatness deviation, if the object is flat.
-        - "wall-width": Width of the walls from 10 % to 90 % of the depth.
+        - "bow": Bow of the form: the flatness deviation of the rig, if the object is flat.
+        - "wall-width": How wide the walls look, from 10 % to 90 % of the depth.
         - "noise": Standard uncertainty of a typical disparity, by the noise.
         - "answered": Share of the object that has a disparity.
         - "distance": Distance of the object from the camera.
         - "brightness": Mean intensity of the frames.
         - "flicker": Change of the light from frame to frame.
-        - "mapping": Largest mean residual of the lens in a part of the image: the deviation of its
-          x-y mapping.
+        - "mapping": Largest mean residual of the board's corners in a part of the image: what the
+          lens leaves of the x-y mapping.
         - "blur": Blur of the target's edges: the focus.
         - "stage-error": Positioning error of the stage, by the target.
         - "roll": Roll of the camera against the stage axis.
