@@ -27,7 +27,8 @@ fn program() -> Command {
 fn wait_for(what: &str, done: impl Fn() -> bool) {
     let since = Instant::now();
     while !done() {
-        assert!(since.elapsed() < Duration::from_secs(30), "{what}");
+        // Only what hangs takes as long as this on a busy machine.
+        assert!(since.elapsed() < Duration::from_secs(300), "{what}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }
@@ -35,8 +36,11 @@ fn wait_for(what: &str, done: impl Fn() -> bool) {
 fn simulated(kind: &str, more: &[&str]) -> Simulated {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["simulate", kind, "--port", "port"];
-    let process =
-        program().current_dir(&folder).args(arguments).args(more).stderr(Stdio::null()).spawn().unwrap();
+    // On a busy machine the device waits for its turn rather than the program that it serves: its time, and so its watchdog,
+    // stands still meanwhile.
+    let mut last = Command::new("nice");
+    last.args(["-n", "10"]).arg(assert_cmd::cargo::cargo_bin!("epirig"));
+    let process = last.current_dir(&folder).args(arguments).args(more).stderr(Stdio::null()).spawn().unwrap();
     let simulated = Simulated { process, folder };
     wait_for("the port does not come", || simulated.folder.path().join("port").exists());
     simulated
