@@ -39,7 +39,7 @@ fn simulated(kind: &str, more: &[&str]) -> Simulated {
     // On a busy machine the device waits for its turn rather than the program that it serves: its time, and so its watchdog,
     // stands still meanwhile.
     let mut last = Command::new("nice");
-    last.args(["-n", "10"]).arg(assert_cmd::cargo::cargo_bin!("epirig"));
+    last.args(["-n", "5"]).arg(assert_cmd::cargo::cargo_bin!("epirig"));
     let process = last.current_dir(&folder).args(arguments).args(more).stderr(Stdio::null()).spawn().unwrap();
     let simulated = Simulated { process, folder };
     wait_for("the port does not come", || simulated.folder.path().join("port").exists());
