@@ -1,7 +1,6 @@
 //! Analyses a surface, and writes files, pictures and the report.
 
-use std::fs::File;
-use std::io::Read as _;
+use std::path::Path;
 
 use super::inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, chart, write_answers};
 use super::{OpenedResults, PipelineError, matched_frame};
@@ -10,6 +9,7 @@ use crate::report::html::{CalibrationPart, Maps, Report, Scan};
 use crate::results::{ResultMap, ResultsFolder, SurfaceSummary, names};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, now};
+use epirig_data::storage::read_file;
 use epirig_surface::{HalfHeights, Heights};
 
 /// The maps that heights are computed from.
@@ -54,13 +54,7 @@ pub fn inspect_surface(
 fn logo(name: &str) -> Result<Vec<u8>, String> {
     /// The report holds it whole.
     const MOST_BYTES: u64 = 4 << 20;
-    let mut bytes = Vec::new();
-    let read = File::open(name).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes));
-    match read {
-        Err(error) => Err(format!("{name} cannot be read ({error})")),
-        Ok(_) if bytes.len() as u64 > MOST_BYTES => Err(format!("{name} is larger than 4 MiB")),
-        Ok(_) => Ok(bytes),
-    }
+    read_file(Path::new(name), MOST_BYTES).map_err(|error| error.to_string())
 }
 
 /// The report of `answers` about a surface, as HTML.

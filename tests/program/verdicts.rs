@@ -87,9 +87,9 @@ fn states_what_people_know(folder: &Path) {
     fs::copy(folder.join(own), folder.join("logo.png")).unwrap();
     for (logo, wanted) in [
         ("logo=logo.png", "<img class=\"logo\" src=\"data:image/png;base64,"),
-        ("logo=gone.png", "There is no logo: gone.png cannot be read"),
+        ("logo=gone.png", "There is no logo: cannot read gone.png"),
         ("logo=seq/sequence.json", "There is no logo: it is neither PNG nor JPEG."),
-        ("logo=/dev/zero", "There is no logo: /dev/zero is larger than 4 MiB."),
+        ("logo=/dev/zero", "There is no logo: /dev/zero is a device, not a file"),
     ] {
         succeeds(folder, &of(&["--report", logo]));
         let report = fs::read_to_string(folder.join("seq/results/surface/report.html")).unwrap();
