@@ -119,8 +119,8 @@ pub struct LevelsSummary {
     /// Depth on the plateaus of ISO 5436-1, if parts are wide enough for them.
     #[cfg_attr(test, ts(type = "unknown"))]
     pub on_plateaus: Option<DepthOnPlateaus>,
-    /// How wide the walls look in the map, from 10 % to 90 % of the depth, in mm, to about a pixel: blur and the windows of
-    /// the match are part of that. `None` where heights scatter too much to tell.
+    /// Width of the walls from 10 % to 90 % of the depth, in mm, to about a pixel: that of the object's walls, of blur and
+    /// windows together.
     pub wall_width_mm: Option<f64>,
     /// Errors of pixels further apart than this are independent, in px.
     pub correlation_reach_px: usize,
