@@ -41,6 +41,7 @@ METHODS = {
     "verify": ("dict[str, Any]", "record"),
     "calibrate": ("dict[str, Any]", "record"),
     "rectify": ("Sequence", "Sequence(out)"),
+    "pack": ("dict[str, Any]", "record"),
     "match": ("Results", 'Results(self.folder / "results" if out is None else out, record)'),
     "surface": ("Surface", "Surface.of(self.folder, results, out, record)"),
     "evaluate": ("dict[str, Any]", "record"),

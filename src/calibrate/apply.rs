@@ -1,16 +1,15 @@
 //! Builds the volume from raw frames, as a calibration describes.
 
-use super::frames::{frames_in_order, load, set_gains};
+use super::matched::MatchedFrames;
 use super::{CALIBRATION, CalibrateError, Calibration};
 use epirig_calibration::photometry::Maps;
 use epirig_calibration::rectification::Rectifier;
 use epirig_core::progress::Progress;
-use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
 
 /// Reads all frames of `sequence` into a volume: corrected, rectified with one resampling, and with measured
-/// tau.
+/// tau. A few frames at a time are in memory besides the volume.
 ///
 /// # Errors
 /// [`CalibrateError`] naming the frame that cannot be used, or the part of the calibration that does not
@@ -21,18 +20,17 @@ pub fn load_calibrated(
     maps: &Maps,
     progress: &dyn Progress,
 ) -> Result<Volume, CalibrateError> {
-    let bad = |error| fault_of_the_record(sequence, error);
-    sequence.check_records()?;
-    let rectifier = rectifier(sequence, calibration, maps)?;
-    let tau = Tau::from_positions(&calibration.positions.tau).map_err(|error| bad(error.into()))?;
-    let span = tracing::info_span!("rectification");
-    let loaded = span.in_scope(|| {
-        load(sequence, &frames_in_order(sequence, Some(calibration)), &rectifier, tau, progress)
-    });
-    let mut volume = loaded.map_err(bad)?;
-    if let Some(gains) = calibration.gains() {
-        set_gains(&mut volume, &gains);
+    let frames = MatchedFrames::of(sequence, Some((calibration, maps)))?;
+    let _span = tracing::info_span!("rectification").entered();
+    let (shape, count) = (frames.shape(), frames.records().len());
+    let mut volume = shape.of_rows(shape.rows);
+    progress.begin("rectifying frames", count as u64);
+    for first in (0..count).step_by(MatchedFrames::TOGETHER) {
+        progress.unless_cancelled()?;
+        frames.insert(&mut volume, (first, first))?;
+        progress.advance(MatchedFrames::TOGETHER.min(count - first) as u64);
     }
+    progress.end();
     Ok(volume)
 }
 
@@ -55,7 +53,7 @@ pub fn rectifier(
 }
 
 /// The frames passed when the calibration was made, so a rejection now is a fault of the record.
-fn fault_of_the_record(sequence: &Sequence, error: CalibrateError) -> CalibrateError {
+pub(super) fn fault_of_the_record(sequence: &Sequence, error: CalibrateError) -> CalibrateError {
     match error {
         CalibrateError::Photometry(_) | CalibrateError::Positions(_) | CalibrateError::Rectify(_) => {
             CalibrateError::BadRecord { path: sequence.folder().join(CALIBRATION), reason: error.to_string() }

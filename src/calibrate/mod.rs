@@ -16,6 +16,7 @@ mod folder;
 mod frames;
 mod inputs;
 mod lens;
+mod matched;
 mod plan;
 mod positions;
 mod record;
@@ -33,6 +34,7 @@ pub use folder::{
 };
 pub use frames::frames_in_order;
 pub use inputs::InputHashes;
+pub use matched::{MatchedFrames, matched_shape};
 pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
 pub use record::{
     Calibration, CameraMotionRecord, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord,

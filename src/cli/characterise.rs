@@ -183,7 +183,8 @@ fn response_lines(response: &Response) -> String {
     };
     let mut text: String = response.steps.iter().map(one).collect();
     let amplification = with_interval(response.amplification, response.half_width_95, "");
-    text.push_str(&format!("amplification      {amplification} (95 % coverage)\n"));
+    let coverage = if response.half_width_95.is_some() { " (95 % coverage)" } else { "" };
+    text.push_str(&format!("amplification      {amplification}{coverage}\n"));
     text.extend(response.linearity_mm.iter().map(|mm| {
         let largest = sigma(*mm, "mm");
         format!("linearity          a mean is off the line through zero by {largest} at most\n")

@@ -41,6 +41,7 @@ mod motion_words;
 mod need;
 mod no_answer;
 mod numbers;
+mod pack;
 mod plan;
 mod progress;
 mod rectify;
@@ -155,6 +156,7 @@ verbs! {
     Verify = verify::Verify,
     Calibrate = calibrate::CalibrateVerb,
     Rectify = rectify::Rectify,
+    Pack = pack::Pack,
     Match = matching::Match,
     Surface = surface::Surface,
     Evaluate = evaluate::Evaluate,

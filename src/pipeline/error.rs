@@ -7,6 +7,7 @@ use crate::report::ReportError;
 use crate::results::{ResultsError, ResultsMismatch};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Cancelled;
+use epirig_data::packed::PackedError;
 use epirig_data::sequence::SequenceError;
 use epirig_matcher::MatchError;
 use epirig_matcher::evaluate::SplitHalfError;
@@ -22,6 +23,9 @@ pub enum PipelineError {
     /// The calibration fails, or does not match the sequence.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
+    /// The packed volume cannot be written or read.
+    #[error(transparent)]
+    Packed(#[from] PackedError),
     /// It cannot be matched.
     #[error(transparent)]
     Match(#[from] MatchError),
@@ -53,6 +57,7 @@ impl Fault for PipelineError {
         match self {
             Self::Sequence(error) => error.blame(),
             Self::Calibrate(error) => error.blame(),
+            Self::Packed(error) => error.blame(),
             Self::Match(error) | Self::Halves(SplitHalfError::Match(error)) => error.blame(),
             Self::Results(error) => error.blame(),
             Self::Report(error) => error.blame(),

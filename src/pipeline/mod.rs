@@ -8,6 +8,7 @@ mod halves;
 mod inspect;
 mod need;
 mod opened;
+mod packed;
 mod photograph;
 mod points;
 mod rectified;
@@ -44,6 +45,7 @@ pub use need::{
     rectification_need, surface_need,
 };
 pub use opened::{OpenedResults, open_results};
+pub use packed::{PACKED, Packed, pack_sequence, packed_volume};
 pub use photograph::{frame_in_dn, matched_frame};
 pub use points::surface_mesh;
 pub use rectified::rectify_sequence;
@@ -62,7 +64,7 @@ pub struct Measurement {
 }
 
 /// The volume of `sequence`: with a calibration corrected, rectified and with measured positions; else as
-/// captured.
+/// captured. Where it is [packed](pack_sequence), that is read: the samples are the same.
 ///
 /// # Errors
 /// [`PipelineError`] naming the frame that cannot be used.
@@ -72,9 +74,15 @@ pub fn load(
     progress: &dyn Progress,
 ) -> Result<Volume, PipelineError> {
     let _span = info_span!("reading", rectified = calibration.is_some()).entered();
-    let volume = match calibration {
-        Some((calibration, maps)) => load_calibrated(sequence, calibration, maps, progress)?,
-        None => load_volume(sequence, progress)?,
+    let volume = match (packed_volume(sequence, calibration, progress)?, calibration) {
+        (Some(packed), _) => {
+            progress.begin("reading the packed volume", packed.shape().tau.frames() as u64);
+            let volume = packed.rows(0..packed.shape().rows, progress)?;
+            progress.end();
+            volume
+        }
+        (None, Some((calibration, maps))) => load_calibrated(sequence, calibration, maps, progress)?,
+        (None, None) => load_volume(sequence, progress)?,
     };
     let (frames, rows, columns) = (volume.frames(), volume.rows(), volume.columns());
     info!(folder = %sequence.folder().display(), frames, rows, columns, "frames read");

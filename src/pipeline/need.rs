@@ -4,7 +4,7 @@
 //! frames of 512 x 512 to 4096 x 3072 pixels, with 8 and 16 bit, for every way of matching, and rounded up by
 //! about 5 %. So they are upper bounds.
 
-use crate::calibrate::PositionSource;
+use crate::calibrate::{MatchedFrames, PositionSource};
 use epirig_calibration::texture_motion;
 use epirig_matcher::MatchOptions;
 
@@ -80,9 +80,9 @@ pub fn calibration_need(frames: Frames, others: usize, positions: PositionSource
     rectified.with(CALIBRATION) + others as u64 * frames.pixels() * frames.sample_bytes as u64 + texture
 }
 
-/// Most bytes that rectifying `frames` takes.
+/// Most bytes that rectifying `frames` takes, and that packing them takes: some at a time are in memory.
 pub fn rectification_need(frames: Frames) -> u64 {
-    Frames { sample_bytes: 2, ..frames }.with(RECTIFICATION)
+    Frames { count: MatchedFrames::TOGETHER, sample_bytes: 2, ..frames }.with(RECTIFICATION)
 }
 
 /// Most bytes that the analysis of a surface of `rows` x `columns` heights takes.

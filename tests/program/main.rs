@@ -28,6 +28,7 @@ mod logging;
 mod manual;
 mod masked_match;
 mod measure_photographs;
+mod packed;
 #[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
 mod painted;
 mod panel;

@@ -12,6 +12,7 @@ use crate::support::{images, succeeds, write_png};
 use epirig::calibrate::read_calibration;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Silent;
+use epirig_data::packed::PackedVolume;
 use epirig_data::sequence::{Sequence, verify};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -77,6 +78,17 @@ fn cases() -> Vec<Case> {
             replaces: false,
             exchanges: false,
             is_whole: sequence,
+        },
+        Case {
+            arguments: &["pack", "seq"],
+            target: "seq/volume.zarr",
+            replaces: false,
+            exchanges: false,
+            // Whole frames stay, and the next run goes on with them.
+            is_whole: |path| {
+                let packed = || PackedVolume::open(path)?.rows(0..24, &Silent);
+                path.join("packing.json").is_file() || packed().is_ok()
+            },
         },
         Case {
             arguments: &[

@@ -4,6 +4,7 @@ mod filling;
 mod halved;
 mod means;
 mod refilled;
+mod shape;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use crate::frame::{Frame, FrameFormat, Samples, full_scale};
 use crate::tau::Tau;
 pub use filling::Filling;
 use means::copy_means;
+pub use shape::VolumeShape;
 
 /// Why a frame does not go into a volume.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

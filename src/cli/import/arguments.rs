@@ -11,16 +11,17 @@ use super::super::{CliError, Talk};
 use super::parse::{parse_frames, parse_point, parse_positive, parse_span};
 use super::prepared::Prepared;
 use super::sorting::Sorting;
-use super::video;
+use super::{array, video};
 use crate::profile::Profile;
 use crate::rig::nominal_lens;
+use epirig_data::packed::is_zarr;
 use epirig_data::sequence::import::{ImportOptions, Rotation, SortOrder, Span, choose, find_images};
 use epirig_data::storage::Scratch;
 
 /// What is said of images besides where they are.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ImportArguments {
-    /// Of a video, take every N-th frame only, from the first on; --frames and --step-mm count those
+    /// Of a video or an array, take every N-th frame only, from the first on; --frames and --step-mm count those
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
     /// What the images are sorted by
@@ -104,35 +105,43 @@ impl ImportArguments {
             rig,
             link: self.link,
         };
-        let video = self.video(images, out, talk)?;
-        let mut listing = match &video {
-            Some(video) => find_images(&[video.path().to_owned()], SortOrder::Name)?,
+        let extracted = self.extracted(images, out, talk)?;
+        let mut listing = match &extracted {
+            Some(extracted) => find_images(&[extracted.path().to_owned()], SortOrder::Name)?,
             None => find_images(images, self.sort.of_files())?,
         };
-        if video.is_some() {
+        if extracted.is_some() {
             listing.place.clone_from(&images[0]);
         }
         let chosen = choose(&listing, options.frames, &options.exclude)?;
-        let prepared =
-            Prepared { out: out.to_owned(), profile, options, sorting: self.sort, listing, chosen, video };
+        let prepared = Prepared {
+            out: out.to_owned(),
+            profile,
+            options,
+            sorting: self.sort,
+            listing,
+            chosen,
+            extracted,
+        };
         prepared.check_memory()?;
         Ok(prepared)
     }
 
-    /// The frames of the video, if one is given.
-    fn video(&self, images: &[PathBuf], out: &Path, talk: &Talk) -> Result<Option<Scratch>, CliError> {
+    /// The frames of the video or the array, if one is given.
+    fn extracted(&self, images: &[PathBuf], out: &Path, talk: &Talk) -> Result<Option<Scratch>, CliError> {
+        let is_video = |path: &PathBuf| video::is_video_name(path) && path.is_file();
+        let of_many = (self.every as usize, self.frames.map(|(_, last)| last.saturating_add(1)));
         match images {
-            [path] if video::is_video_name(path) && path.is_file() => {
-                let most = self.frames.map(|(_, last)| last.saturating_add(1));
-                Ok(Some(video::extract(path, out, (self.every as usize, most), talk)?))
-            }
-            images => match images.iter().find(|path| video::is_video_name(path) && path.is_file()) {
+            [path] if is_video(path) => Ok(Some(video::extract(path, out, of_many, talk)?)),
+            [path] if is_zarr(path) => Ok(Some(array::extract(path, out, of_many, talk)?)),
+            images => match images.iter().find(|path| is_video(path) || is_zarr(path)) {
                 Some(path) => Err(CliError::usage(format!(
-                    "{} is a video, and other images are given beside it; import it alone",
-                    path.display()
+                    "{} is {}, and other images are given beside it; import it alone",
+                    path.display(),
+                    if is_video(path) { "a video" } else { "an array" }
                 ))),
                 None if self.every > 1 => Err(CliError::usage(
-                    "--every is for the frames of a video; of images, give those to use, or --frames and --exclude".to_owned(),
+                    "--every is for the frames of a video or an array; of images, give those to use, or --frames and --exclude".to_owned(),
                 )),
                 None => Ok(None),
             },

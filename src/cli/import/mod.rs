@@ -1,6 +1,7 @@
 //! `epirig import`.
 
 mod arguments;
+mod array;
 mod inspection;
 mod parse;
 mod prepared;
@@ -18,7 +19,7 @@ use epirig_data::sequence::FrameKind;
 use epirig_data::sequence::import::Imported;
 pub(super) use prepared::Afterwards;
 
-/// Import images or a video of other software as a sequence
+/// Import images, a video or a Zarr array of other software as a sequence
 ///
 /// The images are not changed. Colour is converted to grey, which is reported and recorded. Images are sorted
 /// by name, in natural order: frame_9 before frame_10.
@@ -29,6 +30,7 @@ pub(super) use prepared::Afterwards;
   epirig import photos/ --out seq
   epirig import 'photos/*.jpg' --out seq
   epirig import scan.mp4 --out seq --every 10                 needs the program ffmpeg
+  epirig import scan.zarr --out seq                           frames x rows x columns
   epirig import photos/ --out seq --frames 40..80 --exclude 47,52..53
   epirig import photos/ --out seq --sort time --rotate 90     names in disorder, motion upwards
   epirig import photos/ --out seq --step-mm 1.5 --focal-length-px 2844
@@ -40,7 +42,7 @@ with the same settings. Only [optics], [target] and [board] of a rig profile are
 target on the object, and the hand-held chess-board. Positions come from --step-mm or --positions."
 )]
 pub(super) struct Import {
-    /// Folder, images, a pattern in quotes, or a video. Images are PNG, TIFF, JPEG, BMP, PGM or PPM, grey or
+    /// Folder, images, a pattern in quotes, a video, or a Zarr array. Images are PNG, TIFF, JPEG, BMP, PGM or PPM, grey or
     /// colour, 8 or 16 bit
     #[arg(required = true, value_name = "IMAGES")]
     images: Vec<PathBuf>,

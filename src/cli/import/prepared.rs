@@ -32,8 +32,8 @@ pub(in crate::cli) struct Prepared {
     pub(super) listing: Listing,
     /// The images that are used.
     pub(super) chosen: Vec<Chosen>,
-    /// Frames of a video, which are there as long as this is.
-    pub(super) video: Option<Scratch>,
+    /// Frames of a video or an array, which are there as long as this is.
+    pub(super) extracted: Option<Scratch>,
 }
 
 impl Prepared {
@@ -99,7 +99,7 @@ impl Prepared {
         let mut inspection =
             Inspection::new(count, is_ordered, self.measures(), afterwards, self.profile.clone());
         let imported = import(&self.listing, &self.out, &self.options, &mut inspection, talk)?;
-        drop(self.video.take());
+        drop(self.extracted.take());
         self.tell(&imported, afterwards, talk);
         let next = self.next(inspection.is_uneven);
         Ok((imported, next))

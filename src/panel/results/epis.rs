@@ -4,26 +4,25 @@ use std::ops::Range;
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
 use tracing::info;
 
-use crate::calibrate::{Calibration, frames_in_order, rectifier};
+use crate::calibrate::{Calibration, MatchedFrames};
 use crate::panel::PanelError;
 use crate::panel::background::background;
+use crate::pipeline::{PipelineError, packed_volume};
 use epirig_calibration::photometry::Maps;
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::tau::Tau;
-use epirig_core::volume::Volume;
-use epirig_data::sequence::{Sequence, SequenceError};
+use epirig_core::progress::Silent;
+use epirig_core::volume::{Volume, VolumeShape};
+use epirig_data::packed::PackedVolume;
+use epirig_data::sequence::Sequence;
 use epirig_data::storage::ScratchFile;
 
-/// Frames that are read together; the lanes of the rectifier.
-const TOGETHER: usize = 8;
 /// Longest time that an answer waits for frames.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// The frames of a sequence as the matcher saw them, in a file without a name: rows x frames x columns of
-/// 16-bit counts. So an EPI is one piece of the file.
+/// The frames of a sequence as the matcher saw them: its packed volume, or a file without a name, of rows x frames x
+/// columns of 16-bit counts. So an EPI is one piece of the file.
 pub(super) struct Epis {
     sequence: Sequence,
     calibration: Option<(Calibration, Maps)>,
@@ -41,20 +40,13 @@ enum State {
     Failed(String),
 }
 
-struct Ready {
-    file: ScratchFile,
-    shape: Shape,
-}
-
-/// The volume without its samples.
-#[derive(Debug, Clone)]
-struct Shape {
-    rows: usize,
-    columns: usize,
-    bit_depth: u8,
-    fine: bool,
-    tau: Tau,
-    gains: Vec<f32>,
+enum Ready {
+    /// The volume on disk.
+    Packed(PackedVolume),
+    Unpacked {
+        file: ScratchFile,
+        shape: VolumeShape,
+    },
 }
 
 impl Epis {
@@ -115,63 +107,27 @@ impl Epis {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Reads the frames, a few at a time, and puts each of their rows in its place.
+    /// Opens the packed volume; or reads the frames, a few at a time, and puts each of their rows in its place.
     fn kept(&self) -> Result<Ready, PanelError> {
         let Self { sequence, calibration, .. } = self;
-        let record = sequence.record();
-        let calibrated = match calibration {
-            Some((calibration, maps)) => Some((calibration, rectifier(sequence, calibration, maps)?)),
-            None => None,
-        };
-        let (rows, columns) =
-            calibrated.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
-                (calibration.mapping.camera.rows, calibration.mapping.camera.columns)
-            });
-        let original_bits = record.origin.original_bit_depth();
-        let tau = match &calibrated {
-            Some((calibration, _)) => Tau::from_positions(&calibration.positions.tau)?,
-            None => sequence.tau()?,
-        };
-        let gains = calibrated.as_ref().and_then(|(calibration, _)| calibration.gains());
-        let shape = Shape {
-            rows,
-            columns,
-            bit_depth: original_bits.unwrap_or(record.bit_depth),
-            fine: calibrated.is_some() || original_bits.is_some(),
-            gains: gains.map_or_else(
-                || vec![1.0; tau.frames()],
-                |gains| gains.iter().map(|gain| (1.0 / gain) as f32).collect(),
-            ),
-            tau,
-        };
-        let file = ScratchFile::on_the_disk_of(sequence.folder()).map_err(PanelError::Keep)?;
-        let all = shape.tau.frames();
-        let in_order = frames_in_order(sequence, calibration.as_ref().map(|(calibration, _)| calibration));
-        for (chunk, records) in in_order.chunks(TOGETHER).enumerate() {
-            let frames: Result<Vec<Frame>, SequenceError> =
-                records.par_iter().map(|record| sequence.read(record)).collect();
-            let mut few = shape.volume(rows, Tau::equidistant(TOGETHER)?);
-            match &calibrated {
-                Some((_, rectifier)) => rectifier.insert_as(&mut few, (0, chunk * TOGETHER), &frames?)?,
-                None => {
-                    for (index, frame) in frames?.iter().enumerate() {
-                        let put = if shape.fine {
-                            few.insert_counts(index, frame)
-                        } else {
-                            few.insert(index, frame)
-                        };
-                        put?;
-                    }
-                }
-            }
-            for y in 0..rows {
-                let bytes = counts(&few, y, records.len());
-                let place = ((y * all + chunk * TOGETHER) * columns * 2) as u64;
-                file.write_at(&bytes, place).map_err(PanelError::Keep)?;
-            }
-            *self.lock() = State::Reading { done: (chunk * TOGETHER + records.len()).min(all) };
+        if let Some(packed) = packed_volume(sequence, calibration.as_ref(), &Silent)? {
+            return Ok(Ready::Packed(packed));
         }
-        Ok(Ready { file, shape })
+        let frames =
+            MatchedFrames::of(sequence, calibration.as_ref().map(|(calibration, maps)| (calibration, maps)))?;
+        let shape = frames.shape().clone();
+        let file = ScratchFile::on_the_disk_of(sequence.folder()).map_err(PanelError::Keep)?;
+        let all = frames.records().len();
+        for first in (0..all).step_by(MatchedFrames::TOGETHER) {
+            let few = frames.group(first)?;
+            let count = MatchedFrames::TOGETHER.min(all - first);
+            for y in 0..shape.rows {
+                let place = ((y * all + first) * shape.columns * 2) as u64;
+                file.write_at(&counts(&few, y, count), place).map_err(PanelError::Keep)?;
+            }
+            *self.lock() = State::Reading { done: first + count };
+        }
+        Ok(Ready::Unpacked { file, shape })
     }
 }
 
@@ -188,26 +144,23 @@ fn counts(volume: &Volume, y: usize, frames: usize) -> Vec<u8> {
     bytes
 }
 
-impl Shape {
-    /// An empty volume of this kind.
-    fn volume(&self, rows: usize, tau: Tau) -> Volume {
-        match self.fine {
-            true => Volume::fine(rows, self.columns, self.bit_depth, tau),
-            false => Volume::new(rows, self.columns, self.bit_depth, tau),
-        }
-    }
-}
-
 impl Ready {
     fn rows(&self, rows: Range<usize>) -> Result<Volume, PanelError> {
-        let Self { file, shape } = self;
-        let (frames, columns) = (shape.tau.frames(), shape.columns);
+        let shape = match self {
+            Self::Unpacked { shape, .. } => shape,
+            Self::Packed(packed) => packed.shape(),
+        };
         let rows = rows.start.min(shape.rows)..rows.end.min(shape.rows);
+        let file = match self {
+            Self::Unpacked { file, .. } => file,
+            Self::Packed(packed) => return Ok(packed.rows(rows, &Silent).map_err(PipelineError::from)?),
+        };
+        let (frames, columns) = (shape.tau.frames(), shape.columns);
         let mut bytes = vec![0; rows.len() * frames * columns * 2];
         file.read_at(&mut bytes, (rows.start * frames * columns * 2) as u64).map_err(PanelError::Keep)?;
         let counts: Vec<u16> =
             bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
-        let mut volume = shape.volume(rows.len(), shape.tau.clone());
+        let mut volume = shape.of_rows(rows.len());
         if let Some(target) = volume.fine_counts_mut() {
             target.copy_from_slice(&counts);
         } else {
@@ -224,9 +177,6 @@ impl Ready {
                 let frame = frame.map_err(|error| PanelError::Wrong(error.to_string()))?;
                 volume.insert(t, &frame)?;
             }
-        }
-        for (t, gain) in shape.gains.iter().enumerate() {
-            volume.set_frame_gain(t, *gain);
         }
         Ok(volume)
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::pixels::{ForeignFormat, image_formats};
-use crate::storage::{ReadError, RecordError, is_in_place};
+use crate::storage::{ReadError, RecordError, advice};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::frame::FrameError;
 use epirig_core::progress::Cancelled;
@@ -374,23 +374,5 @@ fn others(count: usize) -> String {
         0 | 1 => String::new(),
         2 => " (and so is 1 other)".to_owned(),
         count => format!(" (and so are {} others)", count - 1),
-    }
-}
-
-/// Advice for an error of the operating system.
-fn advice(error: &std::io::Error) -> &'static str {
-    use std::io::ErrorKind;
-    match error.kind() {
-        _ if is_in_place(error) => "check the disk",
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-            "make room or choose another disk, then run the command again"
-        }
-        ErrorKind::FileTooLarge => "raise the limit of file sizes (ulimit -f), then run the command again",
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            "choose a folder you may write to, or ask for access"
-        }
-        ErrorKind::NotFound => "check the path",
-        ErrorKind::NotADirectory => "give a folder",
-        _ => "check the disk and the path, then run the command again",
     }
 }

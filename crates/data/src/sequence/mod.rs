@@ -5,6 +5,7 @@
 //! one frame by frame, [`import`] makes one of images that other software took, [`Sequence`] reads it and
 //! [`verify`] checks every byte.
 
+mod bundle;
 mod clock;
 mod consistency;
 mod course;
@@ -26,6 +27,7 @@ mod undisturbed;
 mod verify;
 mod writer;
 
+pub use bundle::{Bundle, bundle};
 pub use clock::{now, time};
 pub use derived::write_derived;
 pub use error::SequenceError;

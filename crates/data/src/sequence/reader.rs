@@ -183,22 +183,7 @@ impl Sequence {
     /// [`SequenceError`] if the file is missing, changed, outside the sequence's folder or no file at all;
     /// and [`SequenceError::RecordAtFault`] if it is as it was written, but the records say otherwise.
     pub fn read(&self, named: &FrameRecord) -> Result<Frame, SequenceError> {
-        let path = self.path(named);
-        let bytes = read_inside(&self.folder, &named.file, self.largest_file()).map_err(|error| {
-            if error.is_missing() { SequenceError::MissingFrame(path.clone()) } else { error.into() }
-        })?;
-        if hash(&bytes) != named.blake3 {
-            return Err(match self.is_as_described(named, &bytes) {
-                true => SequenceError::RecordAtFault {
-                    path: self.folder.join(JOURNAL),
-                    reason: format!(
-                        "its hash of {} is not the file's, but all else that it says of it is",
-                        named.file
-                    ),
-                },
-                false => SequenceError::HashMismatch(path),
-            });
-        }
+        let bytes = self.bytes(named)?;
         // From here on the file is the one that was written, so a contradiction is one of the records.
         let (record, file) = (&self.record, &named.file);
         let wrong = |record: &str, reason: String| {
@@ -234,6 +219,27 @@ impl Sequence {
             },
             Err(fault) => wrong(START, format!("it says {} bit, but {file}: {fault}", record.bit_depth)),
         }
+    }
+
+    /// The bytes of a frame's file, checked against its hash.
+    pub(super) fn bytes(&self, named: &FrameRecord) -> Result<Vec<u8>, SequenceError> {
+        let path = self.path(named);
+        let bytes = read_inside(&self.folder, &named.file, self.largest_file()).map_err(|error| {
+            if error.is_missing() { SequenceError::MissingFrame(path.clone()) } else { error.into() }
+        })?;
+        if hash(&bytes) != named.blake3 {
+            return Err(match self.is_as_described(named, &bytes) {
+                true => SequenceError::RecordAtFault {
+                    path: self.folder.join(JOURNAL),
+                    reason: format!(
+                        "its hash of {} is not the file's, but all else that it says of it is",
+                        named.file
+                    ),
+                },
+                false => SequenceError::HashMismatch(path),
+            });
+        }
+        Ok(bytes)
     }
 
     /// Whether a file with another hash than the journal's has the size and the brightness that the journal

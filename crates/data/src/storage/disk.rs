@@ -160,6 +160,24 @@ pub fn is_in_place(error: &io::Error) -> bool {
     error.get_ref().is_some_and(|inner| inner.is::<NotFlushed>())
 }
 
+/// Advice for an error of the operating system while something is written.
+pub fn advice(error: &io::Error) -> &'static str {
+    use io::ErrorKind;
+    match error.kind() {
+        _ if is_in_place(error) => "check the disk",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            "make room or choose another disk, then run the command again"
+        }
+        ErrorKind::FileTooLarge => "raise the limit of file sizes (ulimit -f), then run the command again",
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "choose a folder you may write to, or ask for access"
+        }
+        ErrorKind::NotFound => "check the path",
+        ErrorKind::NotADirectory => "give a folder",
+        _ => "check the disk and the path, then run the command again",
+    }
+}
+
 /// Flushes the folder of `path`, which has just got its name.
 pub(super) fn sync_name(disk: &mut dyn Disk, path: &Path) -> io::Result<()> {
     disk.sync(parent(path)).map_err(|error| io::Error::new(error.kind(), NotFlushed(error)))

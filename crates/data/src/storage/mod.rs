@@ -23,8 +23,8 @@ mod scratch_file;
 mod step;
 
 pub use disk::{
-    Disk, DiskStep, RealDisk, is_in_place, is_in_the_making, is_of_the_system, is_own_folder, is_there,
-    write_new, write_whole,
+    Disk, DiskStep, RealDisk, advice, is_in_place, is_in_the_making, is_of_the_system, is_own_folder,
+    is_there, write_new, write_whole,
 };
 pub use faulty::{DiskFault, FaultyDisk};
 pub use free::free_bytes;

@@ -136,6 +136,9 @@ pub(crate) fn fit(
         let mut outliers = Grid::filled(rows, columns, false);
         let rows = outliers.values_mut().par_chunks_mut(columns).enumerate();
         rows.for_each(|(y, out)| {
+            if progress.cancelled() {
+                return;
+            }
             let mut intensities = vec![0.0; columns];
             volume.copy_row(y, lines.reference(), &mut intensities);
             let [residual, noise] = [&residual, &maps.noise].map(|map| &map.row(y)[PAD..]);
@@ -163,6 +166,9 @@ pub(crate) fn fit(
         let prediction = Prediction::new(amplitudes, &turns, lines, extremes(&current));
         let mut biases = Grid::filled(rows, columns, 0.0);
         biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
+            if progress.cancelled() {
+                return;
+            }
             let guesses = current.row(y);
             let visible = steps.points_may_be_occluded().then(|| visible_intervals(guesses, lines));
             let columns = &lines.shown(y);

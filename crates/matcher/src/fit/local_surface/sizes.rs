@@ -49,7 +49,7 @@ const LEAST_SCORE: f32 = -12.0;
 
 /// Takes `larger`, the surface by larger discs, into `surface`, as far as it predicts better. Its discs are
 /// large ones of the map that has been halved so often. `pixels` is the number of pixels of the smaller
-/// discs.
+/// discs. Once the work is cancelled, what is left in `surface` means nothing.
 pub(super) fn take_larger(
     level: Level,
     observed: &Observed,
@@ -67,6 +67,9 @@ pub(super) fn take_larger(
         let seen = [&observed.value.row(y)[own.clone()], &observed.precision.row(y)[own.clone()]];
         dispatch!(level, _simd => evidence_of_row(seen, maps, &mut evidence[own.clone()]));
     });
+    if observed.progress.cancelled() {
+        return;
+    }
     let evidence = halved_sums(evidence, extent, halvings);
     let evidence = pooled(level, &evidence, HALF_LARGE_PX);
     let usual = usual_odds(observed, |place, y| {
@@ -87,6 +90,9 @@ pub(super) fn take_larger(
             };
         }
     });
+    if observed.progress.cancelled() {
+        return;
+    }
     let found = disagreement(level, observed, surface, larger, &shares, pixels);
     let Surface { disparity, variance, addition, .. } = surface;
     let rows = disparity.par_rows().zip(variance.par_rows()).zip(addition.par_rows()).enumerate();

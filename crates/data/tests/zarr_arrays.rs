@@ -1,0 +1,86 @@
+//! Frames of arrays that zarr-python wrote (`tests/zarr/make.py`).
+
+use std::path::{Path, PathBuf};
+
+use epirig_core::frame::Samples;
+use epirig_data::packed::{ForeignArray, PackedError, is_zarr};
+
+fn place(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/zarr").join(name)
+}
+
+/// The formula of `make.py`.
+fn sample(t: usize, y: usize, x: usize) -> u16 {
+    (40 * t + 7 * y + x) as u16
+}
+
+fn frame(t: usize, factor: u16) -> Vec<u16> {
+    (0..5 * 7).map(|index| factor * sample(t, index / 7, index % 7)).collect()
+}
+
+#[test]
+fn frames_come_out_of_every_layout() {
+    for (name, factor) in [
+        ("plain.zarr", 1),
+        ("shards.zarr", 100),
+        ("image.zarr", 100),
+        ("image.zarr/0", 100),
+        ("second.zarr", 100),
+    ] {
+        assert!(is_zarr(&place(name)), "{name}");
+        let array = ForeignArray::open(&place(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(array.frames(), 3, "{name}");
+        for t in 0..3 {
+            let found = array.frame(t).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!((found.rows(), found.columns()), (5, 7), "{name}");
+            let expected = match factor {
+                1 => Samples::U8(frame(t, 1).into_iter().map(|value| value as u8).collect()),
+                factor => Samples::U16(frame(t, factor)),
+            };
+            assert_eq!(*found.samples(), expected, "{name}, frame {t}");
+        }
+    }
+    assert!(!is_zarr(&place("")));
+}
+
+#[test]
+fn what_is_no_array_of_frames_is_refused_with_advice() {
+    let refused = |name: &str| ForeignArray::open(&place(name)).err().map(|error| error.to_string()).unwrap();
+    assert!(refused("several.zarr").contains("several arrays (left, right); give one of them, such as"));
+    assert!(refused("real.zarr").contains("float32; frames are an array of frames x rows x columns"));
+    assert!(refused("plain.zarr/c").contains("there is no array in it"));
+}
+
+/// A copy of an array that may be damaged.
+fn copy(name: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut open = vec![place(name)];
+    while let Some(from) = open.pop() {
+        let to = folder.path().join(from.strip_prefix(place(name)).unwrap());
+        std::fs::create_dir_all(&to).unwrap();
+        for entry in std::fs::read_dir(&from).unwrap().map(Result::unwrap) {
+            match entry.file_type().unwrap().is_dir() {
+                true => open.push(entry.path()),
+                false => drop(std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap()),
+            }
+        }
+    }
+    folder
+}
+
+#[test]
+fn damaged_chunks_are_told_by_their_frame() {
+    for (name, chunk) in [("plain.zarr", "c/0/0/0"), ("shards.zarr", "c/0/0/0")] {
+        let folder = copy(name);
+        let chunk = folder.path().join(chunk);
+        let whole = std::fs::read(&chunk).unwrap();
+        for length in 0..whole.len() {
+            std::fs::write(&chunk, &whole[..length]).unwrap();
+            let array = ForeignArray::open(folder.path()).unwrap();
+            let error =
+                array.frame(0).err().unwrap_or_else(|| panic!("{name} cut to {length} bytes is read"));
+            assert!(matches!(error, PackedError::Frame { frame: 0, .. }), "{error}");
+            assert!(array.frame(2).is_ok(), "{name}: another chunk");
+        }
+    }
+}
