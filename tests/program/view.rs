@@ -139,10 +139,10 @@ fn maps_pixels_and_epis_are_those_on_disk() {
         ("mesh?most=many", RefusalKind::Wrong),
         ("region?map=height&x0=0&y0=0&x1=129&y1=9", RefusalKind::Wrong),
         ("region?map=disparity&x0=0&y0=0&x1=9&y1=9", RefusalKind::NotFound),
-        ("levelled?map=disparity&levelled_by=region,0,0,9,9", RefusalKind::NotFound),
-        ("levelled?map=height&levelled_by=region,0,0,9,1", RefusalKind::Wrong),
-        ("levelled?map=height&levelled_by=points,9,9,20,20,31,31", RefusalKind::Wrong),
-        ("maps/height/0/0/0?levelled_by=points,9,9", RefusalKind::Wrong),
+        ("levelled?map=disparity&levelled_by=region-0-0-9-9", RefusalKind::NotFound),
+        ("levelled?map=height&levelled_by=region-0-0-9-1", RefusalKind::Wrong),
+        ("levelled?map=height&levelled_by=points-9-9-20-20-31-31", RefusalKind::Wrong),
+        ("maps/height/0/0/0?levelled_by=points-9-9", RefusalKind::Wrong),
         ("compare?with=../seq/results&map=height", RefusalKind::NotFound),
         ("download/../sequence.json", RefusalKind::NotFound),
         ("download/surface/../match.json", RefusalKind::NotFound),
@@ -165,7 +165,7 @@ fn levelled_heights_are_those_of_the_file_less_a_plane() {
     matched(folder.path());
     let seq = folder.path().join("seq");
     let view = CurrentResults::open(&seq, None).unwrap();
-    let height = read_map(&seq.join("results/height.tiff")).unwrap();
+    let height = read_map(&seq.join("results/height_mm.tiff")).unwrap();
     let mean =
         |values: &dyn Fn(usize, usize) -> f32, x: std::ops::Range<usize>, y: std::ops::Range<usize>| {
             let all: Vec<f64> = y
@@ -183,11 +183,11 @@ fn levelled_heights_are_those_of_the_file_less_a_plane() {
     assert!((number(&plain, "mean_mm") - mean_mm).abs() < 1e-6);
     assert_eq!(plain["pixels"], 70 * 40);
     assert_eq!(plain["roughness"]["pixels"], count);
-    let levelled = json(&get(&view, &format!("{region}&levelled_by=region%2C20%2C10%2C90%2C50")));
+    let levelled = json(&get(&view, &format!("{region}&levelled_by=region-20-10-90-50")));
     for (name, by) in [("mean_mm", 1e-5), ("tilt_x_mrad", 1e-2), ("tilt_y_mrad", 1e-2)] {
         assert!(number(&levelled, name).abs() < by, "{name}: {levelled}");
     }
-    let told = json(&get(&view, "levelled?map=height&levelled_by=region,20,10,90,50"));
+    let told = json(&get(&view, "levelled?map=height&levelled_by=region-20-10-90-50"));
     for name in ["tilt_x_mrad", "tilt_y_mrad"] {
         assert!((number(&told, name) - number(&plain, name)).abs() < 1e-6, "{name}: {told}");
     }
@@ -196,7 +196,7 @@ fn levelled_heights_are_those_of_the_file_less_a_plane() {
     assert!((sq(&levelled) - sq(&plain)).abs() < 1e-5);
 
     // Three points are level afterwards; each stands for the mean of 5 x 5 px.
-    let by = "levelled_by=points,30,20,80,25,50,50";
+    let by = "levelled_by=points-30-20-80-25-50-50";
     let tile = numbers(&get(&view, &format!("maps/height/0/0/0?{by}")).bytes);
     for (x, y) in [(30, 20), (80, 25), (50, 50)] {
         let (rest, _) = mean(&|x, y| tile[y * 256 + x], x - 2..x + 3, y - 2..y + 3);

@@ -79,7 +79,7 @@ pub enum SurfaceError {
     },
     /// A region whose heights determine no plane.
     #[error(
-        "the {pixels} pixels of the region that have a height determine no plane; choose a larger region"
+        "the region determines no plane: {pixels} of its pixels have a height, too few or all in a line; choose a larger region, or another one"
     )]
     NoPlane {
         /// Pixels of the region with height and sigma.

@@ -15,6 +15,11 @@ use epirig_core::grid::Grid;
 const TERMS: usize = 3;
 /// A point of three stands for the mean of the pixels so far around it: the noise of a single one would tilt all.
 const AROUND_PX: usize = 2;
+/// Less variance of its pixels across their direction is that of a line, in px^2: two full rows have 0.25. Heights
+/// shift places a little, so a line of pixels is none of places, and a plane through it would mean nothing.
+const LEAST_SPREAD_PX2: f64 = 0.1;
+/// So far from the line through two of them the third point must lie, in px.
+const LEAST_OFF_PX: f64 = 1.0;
 
 /// A plane over the camera's X and Y.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,6 +86,30 @@ fn mean(of: impl Iterator<Item = Sample>) -> Option<(usize, (f64, f64), f64)> {
     (count > 0).then(|| (count, (x / number, y / number), height / number))
 }
 
+/// Variance of the pixels across the direction in which they vary most, in px^2.
+fn spread_px2(of: impl Iterator<Item = Sample>, region: Rectangle) -> f64 {
+    let (mut count, mut sums, mut squares) = (0.0, [0.0; 2], [0.0; 3]);
+    of.for_each(|Sample { at: (x, y), .. }| {
+        let (u, v) = ((x - region.left) as f64, (y - region.top) as f64);
+        count += 1.0;
+        [u, v].into_iter().zip(&mut sums).for_each(|(value, sum)| *sum += value);
+        [u * u, u * v, v * v].into_iter().zip(&mut squares).for_each(|(value, sum)| *sum += value);
+    });
+    let [u, v] = sums.map(|sum| sum / count);
+    let [uu, uv, vv] = squares.map(|sum| sum / count);
+    let (a, b, c) = (uu - u * u, uv - u * v, vv - v * v);
+    0.5 * (a + c) - (0.5 * (a - c)).hypot(b)
+}
+
+/// Distance of one of the points from the line through the two that are farthest apart, in px.
+fn off_line_px(points: [(usize, usize); 3]) -> f64 {
+    let [one, two, three] = points.map(|(x, y)| (x as f64, y as f64));
+    let side = |from: (f64, f64), to: (f64, f64)| (to.0 - from.0).hypot(to.1 - from.1);
+    let longest = side(one, two).max(side(two, three)).max(side(three, one));
+    let area = (two.0 - one.0) * (three.1 - one.1) - (two.1 - one.1) * (three.0 - one.0);
+    if longest > 0.0 { area.abs() / longest } else { 0.0 }
+}
+
 impl Plane {
     /// The plane for which the sum of the squared distances of the heights of `region` is least. `height_mm` has
     /// the size of `heights`, for example the same without a form, and holds `region`.
@@ -95,6 +124,9 @@ impl Plane {
         let none = |pixels| SurfaceError::NoPlane { pixels };
         let (count, centre_mm, level_mm) =
             mean(samples(heights, height_mm, region)).ok_or_else(|| none(0))?;
+        if spread_px2(samples(heights, height_mm, region), region) < LEAST_SPREAD_PX2 {
+            return Err(none(count));
+        }
         let start = Self { centre_mm, level_mm, slopes: (0.0, 0.0) };
         let mut sums = Normal::empty();
         samples(heights, height_mm, region)
@@ -113,28 +145,26 @@ impl Plane {
         height_mm: &Grid<f32>,
         points: [(usize, usize); 3],
     ) -> Result<Self, SurfaceError> {
-        let mut found = [((0.0, 0.0), 0.0); 3];
+        let mut found = [[0.0; 3]; 3];
         for ((x, y), found) in points.into_iter().zip(&mut found) {
             let low = |at: usize| at.saturating_sub(AROUND_PX);
             let last = (height_mm.columns().saturating_sub(1), height_mm.rows().saturating_sub(1));
-            let around = Rectangle::between(
-                (low(x), low(y)),
-                ((x + AROUND_PX).min(last.0), (y + AROUND_PX).min(last.1)),
-            );
+            let high = ((x + AROUND_PX).min(last.0), (y + AROUND_PX).min(last.1));
+            let around = Rectangle::between((low(x), low(y)), high);
             let inside = x <= last.0 && y <= last.1;
             let known = inside.then(|| mean(samples(heights, height_mm, around))).flatten();
             let (_, place, height) = known.ok_or(SurfaceError::NoPoint { x, y })?;
-            *found = (place, height);
+            *found = [place.0, place.1, height];
         }
-        let third = |of: &dyn Fn(&((f64, f64), f64)) -> f64| found.iter().map(of).sum::<f64>() / 3.0;
-        let start = Self {
-            centre_mm: (third(&|((x, _), _)| *x), third(&|((_, y), _)| *y)),
-            level_mm: third(&|(_, height)| *height),
-            slopes: (0.0, 0.0),
-        };
+        if off_line_px(points) < LEAST_OFF_PX {
+            return Err(SurfaceError::InLine);
+        }
+        let [x_mm, y_mm, level_mm] =
+            [0, 1, 2].map(|index| found.iter().map(|point| point[index]).sum::<f64>() / 3.0);
+        let start = Self { centre_mm: (x_mm, y_mm), level_mm, slopes: (0.0, 0.0) };
         let mut sums = Normal::empty();
-        for (place, height) in found {
-            sums.add(&start.terms(place), height - start.level_mm, 1.0);
+        for [x_mm, y_mm, height_mm] in found {
+            sums.add(&start.terms((x_mm, y_mm)), height_mm - level_mm, 1.0);
         }
         Ok(start.moved(&sums.solve(TERMS).ok_or(SurfaceError::InLine)?))
     }
@@ -289,7 +319,10 @@ mod tests {
 
     #[test]
     fn what_determines_no_plane_is_refused() {
-        let mut heights = field(|_, _| 1.0);
+        // Heights that differ, seen from near: places of a row do not lie in a line.
+        let mut heights = field(|x, y| 0.1 * (7.0 * x).sin() + 0.05 * y);
+        heights.distance_mm = 100.0;
+        heights.geometry.focal_length_px = 200.0;
         let row = Rectangle { bottom: 0, ..ALL };
         let plane = |heights: &Heights, region| Plane::least_squares(heights, &heights.height_mm, region);
         assert_eq!(plane(&heights, row), Err(SurfaceError::NoPlane { pixels: 120 }));
@@ -299,6 +332,8 @@ mod tests {
             through(&heights, [(0, 0), (120, 5), (9, 90)]),
             Err(SurfaceError::NoPoint { x: 120, y: 5 })
         );
+        assert_eq!(through(&heights, [(7, 7), (7, 7), (90, 20)]), Err(SurfaceError::InLine));
+        assert!(plane(&heights, Rectangle { bottom: 1, ..ALL }).is_ok());
         for y in 0..100 {
             heights.height_mm.row_mut(y)[40..].fill(f32::NAN);
         }

@@ -142,15 +142,15 @@ enum LevelledBy {
 }
 
 impl LevelledBy {
-    /// As the page writes it: `region,x0,y0,x1,y1` with corners as in other questions, or `points,x,y,x,y,x,y`.
+    /// As the page writes it: `region-x0-y0-x1-y1` with corners as in other questions, or `points-x-y-x-y-x-y`.
     fn read(text: &str, map: &Grid<f32>) -> Result<Self, PanelError> {
         let wrong = || {
-            let words = "region,x0,y0,x1,y1 or points,x,y,x,y,x,y in px";
+            let words = "region-x0-y0-x1-y1 or points-x-y-x-y-x-y in px";
             PanelError::Wrong(format!("a map is levelled by {words}, not by \"{text}\""))
         };
-        let (kind, numbers) = text.split_once(',').ok_or_else(wrong)?;
+        let (kind, numbers) = text.split_once('-').ok_or_else(wrong)?;
         let numbers: Vec<usize> =
-            numbers.split(',').map(str::parse).collect::<Result<_, _>>().map_err(|_| wrong())?;
+            numbers.split('-').map(str::parse).collect::<Result<_, _>>().map_err(|_| wrong())?;
         match (kind, numbers.as_slice()) {
             ("region", &[x0, y0, x1, y1]) => Ok(Self::Region(region_of([x0, y0, x1, y1], map)?)),
             ("points", &[x0, y0, x1, y1, x2, y2]) => Ok(Self::Points([(x0, y0), (x1, y1), (x2, y2)])),
@@ -175,11 +175,11 @@ mod tests {
         let map = Grid::filled(40, 50, 0.0_f32);
         let read = |text: &str| LevelledBy::read(text, &map).map_err(|error| error.to_string());
         let region = Rectangle { left: 1, top: 2, right: 49, bottom: 39 };
-        assert_eq!(read("region,1,2,50,40"), Ok(LevelledBy::Region(region)));
-        assert_eq!(read("points,1,2,3,4,5,6"), Ok(LevelledBy::Points([(1, 2), (3, 4), (5, 6)])));
-        assert!(read("region,1,2,51,40").unwrap_err().contains("exceeds the picture of 50 x 40 px"));
-        for text in ["", "region", "region,1,2,3", "points,1,2,3,4", "region,1,2,x,4", "plane,1,2,3,4"] {
-            assert!(read(text).unwrap_err().starts_with("a map is levelled by region,x0"), "{text}");
+        assert_eq!(read("region-1-2-50-40"), Ok(LevelledBy::Region(region)));
+        assert_eq!(read("points-1-2-3-4-5-6"), Ok(LevelledBy::Points([(1, 2), (3, 4), (5, 6)])));
+        assert!(read("region-1-2-51-40").unwrap_err().contains("exceeds the picture of 50 x 40 px"));
+        for text in ["", "region", "region-1-2-3", "points-1-2-3-4", "region-1-2-x-4", "plane-1-2-3-4"] {
+            assert!(read(text).unwrap_err().starts_with("a map is levelled by region-x0"), "{text}");
         }
     }
 }

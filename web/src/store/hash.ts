@@ -87,11 +87,11 @@ function viewText(view: Selection['view']): string | null {
   return [short(view.x, 6), short(view.y, 6), short(view.zoom, 4)].join(',');
 }
 
-/** As the server reads it, too. */
+/** As the server reads it, too, which decodes nothing: no letter of it is ever encoded. */
 export function levellingText(level: Levelling): string {
   return 'region' in level
-    ? `region,${level.region.join(',')}`
-    : `points,${level.points.map(({ x, y }) => `${x},${y}`).join(',')}`;
+    ? `region-${level.region.join('-')}`
+    : `points-${level.points.map(({ x, y }) => `${x}-${y}`).join('-')}`;
 }
 
 /** The fragment of the address, with its `#`. */
@@ -122,8 +122,8 @@ function numbers(text: string | null, count: number): number[] | null {
 }
 
 function readLevelling(text: string | null): Levelling | null {
-  const [, kind, rest] = /^(region|points),(.*)$/.exec(text ?? '') ?? [];
-  const all = numbers(rest ?? null, kind === 'region' ? 4 : 6);
+  const [, kind, rest] = /^(region|points)-(.*)$/.exec(text ?? '') ?? [];
+  const all = numbers(rest?.replaceAll('-', ',') ?? null, kind === 'region' ? 4 : 6);
   if (!all) return null;
   const [a, b, c, d, e, f] = all.map(Math.round) as [number, number, number, number, number, number];
   return kind === 'region'

@@ -49,7 +49,7 @@ test('three points level the map, its values and its profile, and there is a way
   await expect(note(page)).toContainText('point 3 of 3');
   for (let by = 0; by < 4; by += 1) await page.keyboard.press('Shift+ArrowDown');
   await page.keyboard.press('Enter');
-  const by = 'points,100,300,150,300,150,340';
+  const by = 'points-100-300-150-300-150-340';
   const plane = planeBy(by)!;
   await expect(note(page)).toContainText(
     'Heights levelled by points (100, 300), (150, 300), (150, 340) px',
@@ -87,17 +87,17 @@ test('a map levelled by its region has no tilt there, and the address keeps it',
   const panel = page.getByRole('tabpanel', { name: 'Region' });
   await expect(panel).toContainText(`Heights are ${words}`);
   await expect(panel.getByRole('row').filter({ hasText: 'tilt along x' })).toContainText('0.000 mrad');
-  await expect.poll(() => page.url()).toContain('lv=region,60,250,360,370');
-  await open(page, 'results/height?lv=region,60,250,360,370&p=100,300');
+  await expect.poll(() => page.url()).toContain('lv=region-60-250-360-370');
+  await open(page, 'results/height?lv=region-60-250-360-370&p=100,300');
   await expect(note(page)).toContainText(words);
-  const height = levelledAt('region,60,250,360,370')(100, 300);
+  const height = levelledAt('region-60-250-360-370')(100, 300);
   await expect(valueOf(page)).toContainText(measured(height, sigmaMmAt(100, 300), 'mm'));
   await showPanel(page, 'Pixel');
   await expect(page.getByRole('tabpanel')).toContainText(measured(height, sigmaMmAt(100, 300), 'mm'));
 });
 
 test('points in a line are refused in words, and nothing is levelled', async ({ page }) => {
-  await open(page, 'results/height?lv=points,100,300,110,300,120,300&p=100,300');
+  await open(page, 'results/height?lv=points-100-300-110-300-120-300&p=100,300');
   await expect(note(page)).toContainText('Not levelled: The three points lie in a line.');
   await expect(valueOf(page)).toContainText(measured(heightAt(100, 300), sigmaMmAt(100, 300), 'mm'));
   expect((await resultsOf(page)).id).toBe('mock');

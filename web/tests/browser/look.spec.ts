@@ -19,7 +19,7 @@ function statesOf(results: Results, line: number[]): [name: string, hash: string
     ['steps', `results/${first}?${region}&s=steps`],
     [
       'levelled',
-      `results/height?lv=${region.replace('a=', 'region,')}&l=${line.join(',')},5&s=region&${region}`,
+      `results/height?lv=${region.replace('a=', 'region-').replaceAll(',', '-')}&l=${line.join(',')},5&s=region&${region}`,
     ],
     ['solid', `results/height?d=3`],
     ['lines', `results/height?l=${line.join(',')},5&ls=${x0},${y0! + 40},${x1},${y0},5`],

@@ -59,7 +59,7 @@ const viridis = colourTable('viridis');
 const colour = (entry: number): string => viridis.subarray(entry * 4, entry * 4 + 3).join(',');
 
 test('the map as PNG has its title, its colours and their unit', async ({ page }) => {
-  await open(page, 'results/height?lv=region,60,250,360,370&r=-0.2,0.1');
+  await open(page, 'results/height?lv=region-60-250-360-370&r=-0.2,0.1');
   await expect(page.locator('.level-note')).toContainText('levelled by region');
   await centre(page);
   const words = await listen(page);

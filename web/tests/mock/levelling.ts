@@ -54,7 +54,7 @@ const planes = new Map<string, Plane | null>();
 export function planeBy(by: string): Plane | null {
   let plane = planes.get(by);
   if (plane === undefined) {
-    const [kind, ...numbers] = by.split(',');
+    const [kind, ...numbers] = by.split('-');
     const all = numbers.map(Number);
     const pixels: [number, number][] =
       kind === 'region'

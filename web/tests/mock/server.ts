@@ -158,7 +158,12 @@ function handle(request: IncomingMessage, reply: ServerResponse): void {
     );
     return;
   }
-  answer(address.pathname, address.searchParams, reply);
+  // As the program, it decodes nothing.
+  const pairs = address.search
+    .slice(1)
+    .split('&')
+    .filter((pair) => pair.includes('='));
+  answer(address.pathname, new URLSearchParams(pairs.map((pair) => pair.split('=', 2))), reply);
 }
 
 export function startMock(port: number): Promise<Server> {

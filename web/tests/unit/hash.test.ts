@@ -38,7 +38,7 @@ test('addresses are short', () => {
 });
 
 test('nonsense in an address is left out', () => {
-  const read = fromHash('#results/height?p=1,x&l=1,2&v=1,2,-3&r=5,2&f=&m=jet&lv=points,1,2,3&ls=1,2;3');
+  const read = fromHash('#results/height?p=1,x&l=1,2&v=1,2,-3&r=5,2&f=&m=jet&lv=points-1-2-3&ls=1,2;3');
   assert.deepEqual(read, { ...NOTHING, map: 'height' });
   assert.deepEqual(fromHash('#elsewhere'), NOTHING);
 });
