@@ -137,6 +137,12 @@ fn maps_pixels_and_epis_are_those_on_disk() {
         ("line?x0=0&y0=0&x1=9&y1=0&width=0", RefusalKind::Wrong),
         ("line?x0=nan&y0=0&x1=9&y1=0&width=1", RefusalKind::Wrong),
         ("mesh?most=many", RefusalKind::Wrong),
+        ("region?map=height&x0=0&y0=0&x1=129&y1=9", RefusalKind::Wrong),
+        ("region?map=disparity&x0=0&y0=0&x1=9&y1=9", RefusalKind::NotFound),
+        ("levelled?map=disparity&levelled_by=region-0-0-9-9", RefusalKind::NotFound),
+        ("levelled?map=height&levelled_by=region-0-0-9-1", RefusalKind::Wrong),
+        ("levelled?map=height&levelled_by=points-9-9-20-20-31-31", RefusalKind::Wrong),
+        ("maps/height/0/0/0?levelled_by=points-9-9", RefusalKind::Wrong),
         ("compare?with=../seq/results&map=height", RefusalKind::NotFound),
         ("download/../sequence.json", RefusalKind::NotFound),
         ("download/surface/../match.json", RefusalKind::NotFound),
@@ -151,6 +157,63 @@ fn maps_pixels_and_epis_are_those_on_disk() {
     );
     // Nothing was added or left.
     assert_eq!(names(&seq), before);
+}
+
+#[test]
+fn levelled_heights_are_those_of_the_file_less_a_plane() {
+    let folder = tempfile::tempdir().unwrap();
+    matched(folder.path());
+    let seq = folder.path().join("seq");
+    let view = CurrentResults::open(&seq, None).unwrap();
+    let height = read_map(&seq.join("results/height_mm.tiff")).unwrap();
+    let mean =
+        |values: &dyn Fn(usize, usize) -> f32, x: std::ops::Range<usize>, y: std::ops::Range<usize>| {
+            let all: Vec<f64> = y
+                .flat_map(|y| x.clone().map(move |x| (x, y)))
+                .map(|(x, y)| f64::from(values(x, y)))
+                .filter(|value| value.is_finite())
+                .collect();
+            (all.iter().sum::<f64>() / all.len() as f64, all.len())
+        };
+    let number = |value: &Value, name: &str| value[name].as_f64().unwrap();
+
+    let region = "region?map=height&x0=20&y0=10&x1=90&y1=50";
+    let plain = json(&get(&view, region));
+    let (mean_mm, count) = mean(&|x, y| height.at(x, y), 20..90, 10..50);
+    assert!((number(&plain, "mean_mm") - mean_mm).abs() < 1e-6);
+    assert_eq!(plain["pixels"], 70 * 40);
+    assert_eq!(plain["roughness"]["pixels"], count);
+    let levelled = json(&get(&view, &format!("{region}&levelled_by=region-20-10-90-50")));
+    for (name, by) in [("mean_mm", 1e-5), ("tilt_x_mrad", 1e-2), ("tilt_y_mrad", 1e-2)] {
+        assert!(number(&levelled, name).abs() < by, "{name}: {levelled}");
+    }
+    let told = json(&get(&view, "levelled?map=height&levelled_by=region-20-10-90-50"));
+    for name in ["tilt_x_mrad", "tilt_y_mrad"] {
+        assert!((number(&told, name) - number(&plain, name)).abs() < 1e-6, "{name}: {told}");
+    }
+    // Roughness is about the least-squares plane, whether or not it was taken away before.
+    let sq = |of: &Value| of["roughness"]["sq_mm"].as_f64().unwrap();
+    assert!((sq(&levelled) - sq(&plain)).abs() < 1e-5);
+
+    // Three points are level afterwards; each stands for the mean of 5 x 5 px.
+    let by = "levelled_by=points-30-20-80-25-50-50";
+    let tile = numbers(&get(&view, &format!("maps/height/0/0/0?{by}")).bytes);
+    for (x, y) in [(30, 20), (80, 25), (50, 50)] {
+        let (rest, _) = mean(&|x, y| tile[y * 256 + x], x - 2..x + 3, y - 2..y + 3);
+        assert!(rest.abs() < 1e-5, "({x}, {y}): {rest}");
+    }
+    // Whatever is asked tells the same heights.
+    let at = |x: usize, y: usize| f64::from(tile[y * 256 + x]);
+    let value = json(&get(&view, &format!("value?map=height&x=40&y=30&{by}")));
+    assert!((number(&value, "value") - at(40, 30)).abs() < 1e-6);
+    let (pixel, _) = framed(&get(&view, &format!("pixel?x=40&y=30&{by}")));
+    assert_eq!(pixel["values"][0]["id"], "height");
+    assert!((number(&pixel["values"][0], "value") - at(40, 30)).abs() < 1e-6);
+    let line = json(&get(&view, &format!("line?x0=40&y0=30&x1=60&y1=30&width=1&{by}")));
+    assert!((number(&line["points"][20], "height_mm") - at(60, 30)).abs() < 1e-6);
+    let (mesh, values) = framed(&get(&view, &format!("mesh?most=100000&map=height&{by}")));
+    assert_eq!(mesh["step"], 1);
+    assert_eq!(values[30 * COLUMNS + 40], tile[30 * 256 + 40]);
 }
 
 #[test]

@@ -4,10 +4,13 @@ import { AnswerCard } from './components/AnswerCard';
 import { AppBar } from './components/AppBar';
 import { ColourBar } from './components/ColourBar';
 import { KeySheet } from './components/KeySheet';
+import { LevelNote } from './components/LevelNote';
 import { Notices } from './components/Notices';
 import { StateBanner } from './components/StateBanner';
 import { ToolBar } from './components/ToolBar';
 import { ValueLine } from './components/ValueLine';
+import { View3dPane } from './components/View3dPane';
+import { inSolid } from './map/field';
 import { MapCanvas } from './map/MapCanvas';
 import { Panels } from './panels/Panels';
 import { ProfilePanel } from './panels/ProfilePanel';
@@ -22,8 +25,9 @@ function ResultsView() {
       <div class="left">
         <AnswerCard />
         <ToolBar />
+        <LevelNote />
         <div class="map-row">
-          <MapCanvas />
+          {inSolid.value ? <View3dPane /> : <MapCanvas />}
           <ColourBar />
         </div>
         <ValueLine />

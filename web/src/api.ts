@@ -7,11 +7,16 @@ import type {
   CalibrationInfo,
   CompareInfo,
   Download,
+  LevelledInfo,
   LineEnds,
   LineInfo,
   MeshInfo,
+  MeshQuery,
   OneValue,
+  Pixel,
   PixelInfo,
+  RegionInfo,
+  RegionQuery,
   Results,
   RowCost,
   StageInfo,
@@ -110,8 +115,10 @@ function of(path: string): string {
   return `${path}${path.includes('?') ? '&' : '?'}of=${shownResults}`;
 }
 
-function query(values: Record<string, string | number>): string {
-  return new URLSearchParams(Object.entries(values).map(([key, value]) => [key, String(value)])).toString();
+/** What is not there is left out. */
+function query(values: Record<string, string | number | null>): string {
+  const there = Object.entries(values).filter(([, value]) => value !== null);
+  return new URLSearchParams(there.map(([key, value]) => [key, String(value)])).toString();
 }
 
 const part = encodeURIComponent;
@@ -125,8 +132,12 @@ export const api = {
   calibrationFigure: (name: string) => blob(of(`api/calibration/${part(name)}.png`)),
   downloads: () => json<Download[]>(of('api/downloads')),
   download: (name: string) => blob(of(`api/download/${name.split('/').map(part).join('/')}`)),
-  pixel: (x: number, y: number, signal: AbortSignal) =>
-    framed<PixelInfo>(of(`api/pixel?${query({ x, y })}`), { signal }),
+  pixel: (asked: Pixel, signal: AbortSignal) =>
+    framed<PixelInfo>(of(`api/pixel?${query({ ...asked })}`), { signal }),
+  levelled: (map: string, levelled_by: string, signal: AbortSignal) =>
+    json<LevelledInfo>(of(`api/levelled?${query({ map, levelled_by })}`), { signal }),
+  region: (asked: RegionQuery, signal: AbortSignal) =>
+    json<RegionInfo>(of(`api/region?${query({ ...asked })}`), { signal }),
   /** `asked` names a map or a frame, and a pixel. */
   value: (asked: string, signal: AbortSignal) => json<OneValue>(of(`api/value?${asked}`), { signal }),
   rowCost: (y: number, signal: AbortSignal) =>
@@ -134,7 +145,7 @@ export const api = {
   line: (ends: LineEnds, signal: AbortSignal) =>
     json<LineInfo>(of(`api/line?${query({ ...ends })}`), { signal }),
   lineCsv: (ends: LineEnds) => blob(of(`api/line.csv?${query({ ...ends })}`)),
-  mesh: (most: number) => framed<MeshInfo>(of(`api/mesh?${query({ most })}`)),
+  mesh: (asked: MeshQuery) => framed<MeshInfo>(of(`api/mesh?${query({ ...asked })}`)),
   compare: (other: string, map: string) =>
     framed<CompareInfo>(of(`api/compare?${query({ with: other, map })}`)),
   surface: (asked: SurfaceQuestion, signal: AbortSignal) =>

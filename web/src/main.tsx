@@ -7,6 +7,7 @@ import { watchContact } from './store/contact';
 import { guardJog } from './rig/jogging';
 import { listenForStop } from './rig/stopping';
 import { askForToken, followRig } from './rig/store';
+import { followLevelling } from './store/levelled';
 import { followSelection } from './store/questions';
 import { follow, load, results } from './store/results';
 import { mode } from './store/route';
@@ -31,6 +32,7 @@ keepInAddress(() => {
 });
 listenToKeys();
 followUse();
+followLevelling();
 followSelection();
 followTitle();
 

@@ -324,6 +324,41 @@ export type JogId = { id: number, };
 export type Length = { mm: number, };
 
 /**
+ * What is known of a levelled map.
+ */
+export type LevelledInfo = { 
+/**
+ * Tilt that was taken away, in mrad; positive where the right or the lower side is nearer to the camera.
+ */
+tilt_x_mrad: number, tilt_y_mrad: number, 
+/**
+ * Pixels with a value.
+ */
+valid: number, 
+/**
+ * Their share.
+ */
+share_valid: number, 
+/**
+ * Range that is shown at first: from 0.5 % to 99.5 % of the values, widened to take in connected pixels
+ * beyond it. Small hollows are the result and must not be cut off.
+ */
+low: number, high: number, 
+/**
+ * Whether it was widened.
+ */
+widened: boolean, 
+/**
+ * The range of all values.
+ */
+minimum: number, maximum: number, histogram: Histogram, };
+
+/**
+ * Which levelled map is asked for.
+ */
+export type LevelledQuery = { map: string, levelled_by: string, };
+
+/**
  * The two levels of a surface.
  */
 export type LevelsSummary = { 
@@ -436,9 +471,9 @@ bin_width_dn: number,
 histogram: Array<number>, };
 
 /**
- * Both ends of a line and its width, in px.
+ * Both ends of a line and its width, in px; by what the heights are levelled, as in `LevelledQuery`.
  */
-export type LineEnds = { x0: number, y0: number, x1: number, y1: number, width: number, };
+export type LineEnds = { x0: number, y0: number, x1: number, y1: number, width: number, levelled_by: string | null, };
 
 /**
  * A profile.
@@ -550,7 +585,11 @@ minimum: number, maximum: number, histogram: Histogram, };
 /**
  * A tile of a map.
  */
-export type MapTile = { id: string, level: number, row: number, column: number, };
+export type MapTile = { id: string, level: number, row: number, column: number, 
+/**
+ * By what the map is levelled, as in `LevelledQuery`.
+ */
+levelled_by: string | null, };
 
 /**
  * Which mask was used, for the records.
@@ -724,7 +763,15 @@ export type MeshInfo = { rows: number, columns: number, step: number, pixel_mm: 
 /**
  * Heights in three dimensions, of so many points at most.
  */
-export type MeshQuery = { most: number, };
+export type MeshQuery = { most: number, 
+/**
+ * The map of heights.
+ */
+map: string, 
+/**
+ * By what they are levelled, as in `LevelledQuery`.
+ */
+levelled_by: string | null, };
 
 /**
  * What a name may be: for the form of the page, which checks it while somebody types.
@@ -788,9 +835,9 @@ pixels: number,
 live: boolean, };
 
 /**
- * A pixel.
+ * A pixel; its heights may be levelled, by what is told as in `LevelledQuery`.
  */
-export type Pixel = { x: number, y: number, };
+export type Pixel = { x: number, y: number, levelled_by: string | null, };
 
 export type PixelCost = { disparity_px: Array<number>, cost: Array<number | null>, scale: string, chosen_px: number | null, };
 
@@ -882,6 +929,29 @@ keys: Array<ProfileKey>, };
  * Values of the profile that are to be others, by their keys.
  */
 export type ProfileValues = { values: { [key in string]: string }, };
+
+/**
+ * Mean height, tilt, and roughness about the least-squares plane. Uncertainties come from the scatter between
+ * independent parts of the region; `None` if it has too few.
+ */
+export type RegionInfo = { 
+/**
+ * Pixels of the region; those of `roughness` are answered.
+ */
+pixels: number, mean_mm: number, mean_sigma_mm: number | null, 
+/**
+ * Positive where the right or the lower side is nearer to the camera.
+ */
+tilt_x_mrad: number, tilt_x_sigma_mrad: number | null, tilt_y_mrad: number, tilt_y_sigma_mrad: number | null, roughness: Roughness, };
+
+/**
+ * A region of a map of heights, in px: it ends before `x1` and `y1`.
+ */
+export type RegionQuery = { map: string, x0: number, y0: number, x1: number, y1: number, 
+/**
+ * By what the map is levelled, as in `LevelledQuery`.
+ */
+levelled_by: string | null, };
 
 export type Results = { id: string, sequence: SequenceInfo, results: MatchInfo | null, others: Array<string>, geometry: Geometry | null, surface: SurfaceSummary | null, 
 /**
@@ -1372,7 +1442,11 @@ export type ValueQuery = { x: number, y: number,
 /**
  * The map; a frame if there is one.
  */
-map: string, frame: number | null, kind: FrameKind | null, };
+map: string, frame: number | null, kind: FrameKind | null, 
+/**
+ * By what a map of heights is levelled, as in `LevelledQuery`.
+ */
+levelled_by: string | null, };
 
 /**
  * The verdict of a check.

@@ -6,6 +6,7 @@ import {
   BufferGeometry,
   Color,
   DirectionalLight,
+  Group,
   Line,
   LineBasicMaterial,
   Mesh,
@@ -17,6 +18,8 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import type { MeshInfo } from './api';
+import type { LengthUnit } from './format/lengths';
+import { axesOf, endAxes, sizeWords } from './view3d_axes';
 
 export interface View3dState {
   exaggeration: number;
@@ -24,6 +27,9 @@ export interface View3dState {
   table: Uint8Array;
   low_mm: number;
   high_mm: number;
+  unit: LengthUnit;
+  /** The pixel at 0 mm. */
+  origin_px: [x: number, y: number];
   pin: { x: number; y: number } | null;
   ground: string;
   ink: string;
@@ -55,6 +61,9 @@ export class View3d {
   private readonly side: number;
   /** Of a sphere around the surface, in mm. */
   private radius = 1;
+  private axes = new Group();
+  /** First and last column, first and last row that have heights. */
+  private known: [left: number, right: number, top: number, bottom: number] = [0, 1, 0, 1];
   private waiting = false;
 
   constructor(
@@ -95,6 +104,7 @@ export class View3d {
       [top, bottom] = [Math.min(top, row), Math.max(bottom, row)];
     });
     if (right <= left || bottom <= top) [left, right, top, bottom] = [0, columns, 0, rows];
+    this.known = [left, right, top, bottom];
     const middle = new Vector3((left + right - columns) / 2, (rows - top - bottom) / 2, 0);
     this.radius = (Math.hypot(right - left, bottom - top) / 2) * this.side;
     this.controls.target.copy(middle.multiplyScalar(this.side));
@@ -102,11 +112,12 @@ export class View3d {
     this.camera.position.copy(this.controls.target).add(away);
   }
 
-  /** From how far away a sphere around the surface fills the picture: nothing of it is cut off. */
+  /** From how far away the surface fills the picture, with room for the words of the axes. */
   private distance(): number {
     const half = (this.camera.fov / 360) * Math.PI;
     const across = Math.atan(Math.tan(half) * this.camera.aspect);
-    return this.radius / Math.sin(Math.min(half, across));
+    // Seen from above it is less high than a sphere around it.
+    return this.radius * Math.max(0.85 / Math.sin(half), 1.5 / Math.sin(across));
   }
 
   /** Brings mesh, colours and post up to date. */
@@ -139,7 +150,66 @@ export class View3d {
     geometry.computeBoundingSphere();
     this.scene.background = new Color(state.ground);
     this.placePost(state, middle);
+    this.placeAxes(state, middle);
     this.redraw();
+  }
+
+  /** Axes along the near edges of the part that has heights, at its lowest height. */
+  private placeAxes(state: View3dState, middle: number): void {
+    const { rows, columns, step, pixel_mm } = this.head;
+    const [left, right, top, bottom] = this.known;
+    const x = (column: number): number => (column - (columns - 1) / 2) * this.side;
+    const y = (row: number): number => ((rows - 1) / 2 - row) * this.side;
+    const z = (height_mm: number): number => (height_mm - middle) * state.exaggeration;
+    // The middle of a block of pixels is what its height belongs to.
+    const mm = (block: number, zero_px: number): number =>
+      ((block + 0.5) * step - 0.5 - zero_px) * pixel_mm;
+    const [zero_x, zero_y] = state.origin_px;
+    const { low_mm, high_mm, unit } = state;
+    const at = (column: number, row: number, height_mm: number): Vector3 =>
+      new Vector3(x(column), y(row), z(height_mm));
+    endAxes(this.axes);
+    this.scene.remove(this.axes);
+    this.axes = axesOf(
+      [
+        {
+          from: at(left, bottom, low_mm),
+          to: at(right, bottom, low_mm),
+          first: mm(left, zero_x),
+          last: mm(right, zero_x),
+          out: new Vector3(0, -1, 0),
+          label: 'x (mm)',
+          anchor: [0.5, 1],
+        },
+        {
+          from: at(left, bottom, low_mm),
+          to: at(left, top, low_mm),
+          first: mm(bottom, zero_y),
+          last: mm(top, zero_y),
+          out: new Vector3(-1, 0, 0),
+          label: 'y (mm)',
+          anchor: [1, 0.5],
+        },
+        {
+          from: at(right, bottom, low_mm),
+          to: at(right, bottom, high_mm),
+          first: low_mm * unit.factor,
+          last: high_mm * unit.factor,
+          out: new Vector3(1, 0, 0),
+          label: `height (${unit.label})`,
+          anchor: [0, 0.5],
+        },
+      ],
+      2 * this.radius,
+      state.ink,
+    );
+    this.sizeWords();
+    this.scene.add(this.axes);
+  }
+
+  private sizeWords(): void {
+    const height = this.renderer.domElement.height / this.devicePixels;
+    sizeWords(this.axes, (2 * Math.tan((this.camera.fov / 360) * Math.PI)) / Math.max(height, 1));
   }
 
   /** A thin post stands on the pin. */
@@ -170,6 +240,7 @@ export class View3d {
     this.camera.updateProjectionMatrix();
     // A narrower picture is looked at from further away, so that all of the surface stays in it.
     this.moveNearer(this.distance() / before);
+    this.sizeWords();
     this.controls.update();
     this.redraw();
   }
@@ -202,7 +273,23 @@ export class View3d {
     });
   }
 
+  get devicePixels(): number {
+    return this.renderer.getPixelRatio();
+  }
+
+  /** What is on the screen. */
+  picture(): HTMLCanvasElement {
+    // WebGL keeps what it has drawn only until the browser shows it.
+    this.renderer.render(this.scene, this.camera);
+    const { domElement } = this.renderer;
+    const copy = document.createElement('canvas');
+    [copy.width, copy.height] = [domElement.width, domElement.height];
+    copy.getContext('2d')!.drawImage(domElement, 0, 0);
+    return copy;
+  }
+
   end(): void {
+    endAxes(this.axes);
     this.controls.dispose();
     this.mesh.geometry.dispose();
     this.mesh.material.dispose();

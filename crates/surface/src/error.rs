@@ -77,6 +77,25 @@ pub enum SurfaceError {
         /// The least, in mm.
         least_mm: f64,
     },
+    /// A region whose heights determine no plane.
+    #[error(
+        "the region determines no plane: {pixels} of its pixels have a height, too few or all in a line; choose a larger region, or another one"
+    )]
+    NoPlane {
+        /// Pixels of the region with height and sigma.
+        pixels: usize,
+    },
+    /// A point of a plane without a height.
+    #[error("no height is known about the point ({x}, {y}) px; choose another point")]
+    NoPoint {
+        /// Column of the point.
+        x: usize,
+        /// Row of the point.
+        y: usize,
+    },
+    /// Three points that determine no plane.
+    #[error("the three points lie in a line, so that they determine no plane; choose others")]
+    InLine,
     /// A profile that would leave the picture.
     #[error(
         "the profile's end at {x}, {y} lies outside the picture of {columns} x {rows} px; give ends in it"
@@ -107,7 +126,11 @@ pub enum SurfaceError {
 impl Fault for SurfaceError {
     fn blame(&self) -> Blame {
         match self {
-            Self::EmptyLine { .. } | Self::LineOutside { .. } => Blame::Request,
+            Self::EmptyLine { .. }
+            | Self::LineOutside { .. }
+            | Self::NoPlane { .. }
+            | Self::NoPoint { .. }
+            | Self::InLine => Blame::Request,
             Self::TooFewPixels { .. }
             | Self::NoExtent { .. }
             | Self::Undetermined { .. }

@@ -10,14 +10,15 @@ use crate::panel::requests::requests;
 use crate::pipeline::profile_csv;
 use epirig_surface::{Profile, ProfileLine, ProfilePoint, profile};
 
+use super::levelled::shown_heights;
 use super::surface::heights;
 
 /// Widest profile, in px, as for `epirig surface`.
 const WIDEST_PX: usize = 1000;
 
 requests! {
-    /// Both ends of a line and its width, in px.
-    LineEnds { x0: f64, y0: f64, x1: f64, y1: f64, width: usize }
+    /// Both ends of a line and its width, in px; by what the heights are levelled, as in `LevelledQuery`.
+    LineEnds { x0: f64, y0: f64, x1: f64, y1: f64, width: usize, levelled_by: Option<String> }
 }
 
 /// A profile.
@@ -42,12 +43,12 @@ pub(super) fn csv(view: &ResultsView, ends: &LineEnds) -> Result<Vec<u8>, PanelE
 
 fn found(view: &ResultsView, ends: &LineEnds) -> Result<Profile, PanelError> {
     let heights = heights(view)?;
-    let &LineEnds { x0, y0, x1, y1, width: width_px } = ends;
+    let &LineEnds { x0, y0, x1, y1, width: width_px, .. } = ends;
     if !(1..=WIDEST_PX).contains(&width_px) {
         return Err(PanelError::Wrong(format!("a profile is 1 to {WIDEST_PX} px wide, not {width_px}")));
     }
     let line = ProfileLine { from_px: (x0, y0), to_px: (x1, y1), width_px };
     // Heights as they are shown. Where the form was not removed, neighbours are taken to err together.
-    let shown = view.maps.map("height").unwrap_or(&heights.height_mm);
-    Ok(profile(heights, shown, line, f64::INFINITY)?)
+    let shown = shown_heights(view, "height", ends.levelled_by.as_deref())?;
+    Ok(profile(heights, &shown, line, f64::INFINITY)?)
 }

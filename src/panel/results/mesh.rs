@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::MeshQuery;
+use super::levelled::shown_heights;
 use super::surface::heights;
 use super::view::ResultsView;
 use crate::panel::PanelError;
@@ -26,12 +28,12 @@ pub(super) struct MeshInfo {
 }
 
 /// Heights, then the reference frame as brightness from 0 to 1: means of blocks, so that there are at most
-/// `most` points.
-pub(super) fn mesh(view: &ResultsView, most: usize) -> Result<Framed<MeshInfo>, PanelError> {
+/// `most` points are asked for.
+pub(super) fn mesh(view: &ResultsView, asked: &MeshQuery) -> Result<Framed<MeshInfo>, PanelError> {
     let heights = heights(view)?;
-    let map = view.maps.map("height").unwrap_or(&heights.height_mm);
-    let step = blocks_for(map, most);
-    let shown = means(map, step);
+    let map = shown_heights(view, &asked.map, asked.levelled_by.as_deref())?;
+    let step = blocks_for(&map, asked.most);
+    let shown = means(&map, step);
     let reference = view.frames.as_matched(view.results()?.matched.reference)?;
     let photograph = means(reference.map(), step);
     let brightest = photograph.values().iter().copied().fold(0.0, f32::max);

@@ -7,11 +7,13 @@ mod epis;
 mod facts;
 mod files;
 mod frames;
+mod levelled;
 mod line;
 mod maps;
 mod mesh;
 mod pixel;
 mod pyramid;
+mod region;
 mod row_cost;
 mod statistics;
 mod surface;
@@ -22,6 +24,7 @@ use super::questions::{Json, Question};
 use super::requests::{Nothing, requests};
 use epirig_server::Reply;
 use frames::FrameKind;
+use levelled::levelled_tile;
 use pyramid::Place;
 use view::ResultsView;
 
@@ -34,25 +37,43 @@ const LARGEST_MASK: usize = 32 << 20;
 
 requests! {
     /// A tile of a map.
-    MapTile { id: String, level: usize, row: usize, column: usize }
+    MapTile {
+        id: String,
+        level: usize,
+        row: usize,
+        column: usize,
+        /// By what the map is levelled, as in `LevelledQuery`.
+        levelled_by: Option<String>,
+    }
     /// A tile of a frame.
     FrameTile { t: usize, kind: Option<FrameKind>, level: usize, row: usize, column: usize }
-    /// A pixel.
-    Pixel { x: usize, y: usize }
+    /// A pixel; its heights may be levelled, by what is told as in `LevelledQuery`.
+    Pixel { x: usize, y: usize, levelled_by: Option<String> }
     /// A row of the maps.
     Row { y: usize }
     /// A file of the results, or a picture of the calibration.
     FileName { name: String }
     /// Heights in three dimensions, of so many points at most.
-    MeshQuery { most: usize }
+    MeshQuery {
+        most: usize,
+        /// The map of heights.
+        map: String,
+        /// By what they are levelled, as in `LevelledQuery`.
+        levelled_by: Option<String>,
+    }
 }
 
 /// Questions about tiles, which are in memory and come in great number.
 fn tiles() -> Vec<Question<ResultsView>> {
     vec![
         Question::get("maps/{id}/{level}/{row}/{column}", |view: &ResultsView, asked: MapTile| {
-            let MapTile { id, level, row, column } = asked;
-            Ok(Reply::numbers(&view.maps.tile(&id, Place { level, row, column })?))
+            let MapTile { id, level, row, column, levelled_by } = asked;
+            let place = Place { level, row, column };
+            let tile = match levelled_by {
+                Some(by) => levelled_tile(view, &id, &by, place)?,
+                None => view.maps.tile(&id, place)?,
+            };
+            Ok(Reply::numbers(&tile))
         }),
         Question::get("frames/{t}/{level}/{row}/{column}", |view: &ResultsView, asked: FrameTile| {
             let FrameTile { t, kind, level, row, column } = asked;
@@ -64,15 +85,17 @@ fn tiles() -> Vec<Question<ResultsView>> {
 /// All other questions about results: a row for each.
 fn questions() -> Vec<Question<ResultsView>> {
     vec![
-        Question::get("pixel", |view, Pixel { x, y }| Ok(pixel::explain(view, x, y)?)),
+        Question::get("pixel", |view, asked| Ok(pixel::explain(view, &asked)?)),
         Question::get("value", |view, asked| Ok(Json(value::value(view, &asked)?))),
         Question::get("row-cost", |view, Row { y }| Ok(row_cost::row_cost(view, y)?)),
+        Question::get("levelled", |view, asked| Ok(Json(levelled::levelled(view, &asked)?))),
+        Question::get("region", |view, asked| Ok(Json(region::region(view, &asked)?))),
         Question::get("line", |view, ends| Ok(Json(line::line(view, &ends)?))),
         Question::get("line.csv", |view, ends| {
             Ok(Reply { media_type: "text/csv; charset=utf-8", bytes: line::csv(view, &ends)? })
         }),
         Question::get("trends", |_, Nothing {}| Ok(Json(surface::trends()))),
-        Question::get("mesh", |view, MeshQuery { most }| Ok(mesh::mesh(view, most)?)),
+        Question::get("mesh", |view, asked| Ok(mesh::mesh(view, &asked)?)),
         Question::get("compare", |view, asked| Ok(compare::compare(view, &asked)?)),
         Question::get("stage", |view, Nothing {}| Ok(Json(course::course(view)))),
         Question::get("calibration", |view, Nothing {}| Ok(Json(files::calibration(view)))),

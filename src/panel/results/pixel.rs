@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::Pixel;
+use super::levelled::{is_levelled, shown_heights};
 use super::view::ResultsView;
 use crate::panel::PanelError;
 #[cfg(test)]
@@ -99,8 +101,9 @@ struct PixelCost {
     chosen_px: Option<f64>,
 }
 
-/// Everything about the pixel at column `x` and row `y` of the reference frame.
-pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Framed<PixelInfo>, PanelError> {
+/// Everything about a pixel of the reference frame.
+pub(super) fn explain(view: &ResultsView, asked: &Pixel) -> Result<Framed<PixelInfo>, PanelError> {
+    let &Pixel { x, y, .. } = asked;
     let opened = view.results()?;
     let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
     if x >= columns || y >= rows {
@@ -134,7 +137,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Framed<P
         y_mm: place.map(|place| place.1),
         answer,
         reason: reason(answer),
-        values: values(view, x, y),
+        values: values(view, asked)?,
         better_than: line.as_ref().map(|line| share_with_larger_sigma(&opened.sigma, line.sigma_px)),
         epi: EpiWindow {
             first_column: first,
@@ -187,12 +190,18 @@ fn epi(volume: &Volume, y: usize, columns: std::ops::Range<usize>) -> Vec<f32> {
     window
 }
 
-fn values(view: &ResultsView, x: usize, y: usize) -> Vec<PixelValue> {
+fn values(view: &ResultsView, asked: &Pixel) -> Result<Vec<PixelValue>, PanelError> {
+    let &Pixel { x, y, .. } = asked;
     let shown = view.maps.numbers().filter(|map| !map.id.ends_with("sigma"));
     let shown = shown.map(|map| {
-        let value = map.value(x, y);
+        let value = match asked.levelled_by.as_deref().filter(|_| is_levelled(map.id)) {
+            Some(by) => {
+                Some(f64::from(shown_heights(view, map.id, Some(by))?.at(x, y))).filter(|mm| mm.is_finite())
+            }
+            None => map.value(x, y),
+        };
         let sigma = sigma_at(view, map.id, x, y).filter(|_| value.is_some());
-        PixelValue { id: map.id, title: map.row.title, unit: map.row.unit(), value, sigma }
+        Ok(PixelValue { id: map.id, title: map.row.title, unit: map.row.unit(), value, sigma })
     });
     shown.collect()
 }

@@ -11,6 +11,7 @@ use crate::panel::PanelError;
 use crate::pipeline::{SurfaceQuestions, analyse_surface, steps_options};
 use crate::results::{Mask, Region, SurfaceSummary, parse_mask};
 use epirig_core::choice::Choice as _;
+use epirig_core::grid::Grid;
 use epirig_surface::{Heights, Rectangle, TrendKind};
 
 /// The part of the map that is asked about: a pixel must lie in both region and mask.
@@ -61,14 +62,8 @@ pub(super) fn trends() -> Vec<Trend> {
 pub(super) fn surface(view: &ResultsView, asked: SurfaceQuestion) -> Result<SurfaceSummary, PanelError> {
     let opened = view.results()?;
     let heights = heights(view)?;
-    // The page's regions end before x1 and y1.
-    let rectangle = asked.region.map(|[x0, y0, x1, y1]| {
-        Rectangle::between((x0, y0), (x1.saturating_sub(1).max(x0), y1.saturating_sub(1).max(y0)))
-    });
+    let rectangle = asked.region.map(|region| region_of(region, &heights.height_mm)).transpose()?;
     let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
-    if rectangle.is_some_and(|rectangle| !rectangle.fits(rows, columns)) {
-        return Err(PanelError::Wrong(format!("the region exceeds the picture of {columns} x {rows} px")));
-    }
     let steps = steps_options(&opened.matched.settings, asked.trend);
     let mask = asked.mask.map(|mask| mask.read(rows, columns)).transpose()?;
     let region = Region { rectangle, mask }.checked(rows, columns)?;
@@ -84,6 +79,16 @@ impl MaskFile {
         })?;
         Ok(parse_mask(&bytes, Path::new(&self.name), rows, columns)?)
     }
+}
+
+/// A region of `map` as the page has it: it ends before x1 and y1.
+pub(super) fn region_of([x0, y0, x1, y1]: [usize; 4], map: &Grid<f32>) -> Result<Rectangle, PanelError> {
+    let region = Rectangle::between((x0, y0), (x1.saturating_sub(1).max(x0), y1.saturating_sub(1).max(y0)));
+    let (rows, columns) = (map.rows(), map.columns());
+    if !region.fits(rows, columns) {
+        return Err(PanelError::Wrong(format!("the region exceeds the picture of {columns} x {rows} px")));
+    }
+    Ok(region)
 }
 
 /// The heights, or why there are none.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::frames::FrameKind;
+use super::levelled::shown_heights;
 use super::pixel::{answer_at, sigma_at};
 use super::view::ResultsView;
 use crate::panel::PanelError;
@@ -19,6 +20,8 @@ requests! {
         map: String,
         frame: Option<usize>,
         kind: Option<FrameKind>,
+        /// By what a map of heights is levelled, as in `LevelledQuery`.
+        levelled_by: Option<String>,
     }
 }
 
@@ -39,9 +42,13 @@ pub(super) fn value(view: &ResultsView, asked: &ValueQuery) -> Result<OneValue, 
     let (x, y) = (asked.x, asked.y);
     let frame = asked.frame.map(|t| view.frames.picture_of(t, asked.kind)).transpose()?;
     let id = asked.map.as_str();
-    let map = match &frame {
-        Some(frame) => frame.map(),
-        None => view.maps.map(id).ok_or_else(|| PanelError::NotThere(format!("there is no map \"{id}\"")))?,
+    let levelled = asked.levelled_by.as_deref().map(|by| shown_heights(view, id, Some(by))).transpose()?;
+    let map = match (&frame, &levelled) {
+        (Some(frame), _) => frame.map(),
+        (None, Some(levelled)) => levelled,
+        (None, None) => {
+            view.maps.map(id).ok_or_else(|| PanelError::NotThere(format!("there is no map \"{id}\"")))?
+        }
     };
     let (rows, columns) = (map.rows(), map.columns());
     if x >= columns || y >= rows {

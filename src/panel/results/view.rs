@@ -7,6 +7,7 @@ use tracing::{debug, warn};
 
 use super::epis::Epis;
 use super::frames::Frames;
+use super::levelled::LevelledMaps;
 use super::maps::Maps;
 use crate::calibrate::CALIBRATION;
 use crate::memory::available;
@@ -38,6 +39,7 @@ pub(super) struct ResultsView {
     /// What exists and is not shown, and why: results that do not fit the sequence, or their surface.
     pub(super) unfit: Option<String>,
     pub(super) maps: Maps,
+    pub(super) levelled: LevelledMaps,
     pub(super) frames: Frames,
     pub(super) epis: Arc<Epis>,
     /// Heights by halves of the frames, from the first question about a step height on.
@@ -81,6 +83,7 @@ impl ResultsView {
             unfit,
             surface,
             maps,
+            levelled: LevelledMaps::default(),
             frames,
             epis,
             halves: OnceLock::new(),

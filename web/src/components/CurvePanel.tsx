@@ -4,7 +4,8 @@ import { palette } from '../store/settings';
 
 export interface Curve {
   label: string;
-  values: (number | null)[];
+  /** `null` is a gap; at `undefined` another curve has its point. */
+  values: (number | null | undefined)[];
   /** Dash pattern first, colour second: curves are told apart without colour. */
   dash?: number[];
   tone: 'first' | 'second' | 'muted';
@@ -33,6 +34,8 @@ export interface CurveProps {
   legend?: boolean;
   /** Vertical lines that are numbered from 1, in units of x. */
   places?: number[] | null;
+  /** Where the drawn canvas is put, to make a picture of it. */
+  canvas?: { current: HTMLCanvasElement | null };
   /** The place in units of x that was clicked. */
   onPick?: (at: number) => void;
 }
@@ -59,6 +62,7 @@ export function CurvePanel(props: CurveProps) {
     if (!box || !drawing) return undefined;
     const made = drawing.plotCurves(box, props, colours);
     plot.current = made;
+    if (props.canvas) props.canvas.current = made.ctx.canvas;
     const observer = new ResizeObserver(() => {
       made.setSize({ width: Math.max(box.clientWidth, 100), height: props.height ?? HEIGHT });
     });
@@ -67,6 +71,7 @@ export function CurvePanel(props: CurveProps) {
       observer.disconnect();
       made.destroy();
       plot.current = null;
+      if (props.canvas) props.canvas.current = null;
     };
   }, [drawing, x, curves, mark?.at, mark?.half, height, colours, places]);
 

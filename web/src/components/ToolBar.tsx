@@ -1,7 +1,8 @@
 import { CHOICES, COLOUR_NAMES } from '../colours/tables';
 import type { Colours } from '../api';
-import { field, shownColours } from '../map/field';
+import { field, inSolid, shownColours } from '../map/field';
 import { comparison } from '../store/comparison';
+import { isHeight } from '../store/levelled';
 import { results } from '../store/results';
 import { select, selection, selectMap, tool } from '../store/selection';
 import { hillshade, maskHatch, photo } from '../store/settings';
@@ -96,14 +97,31 @@ function Tools() {
   };
   return (
     <span class="tools">
-      <button type="button" aria-pressed={tool.value === 'line'} onClick={() => toggle('line')}>
-        Draw line
-      </button>
-      <button type="button" aria-pressed={tool.value === 'region'} onClick={() => toggle('region')}>
-        Draw region
-      </button>
+      {results.value?.geometry && (
+        <button type="button" aria-pressed={inSolid.value} onClick={toggleSolid}>
+          3-D
+        </button>
+      )}
+      {!inSolid.value && (
+        <>
+          <button type="button" aria-pressed={tool.value === 'line'} onClick={() => toggle('line')}>
+            Draw line
+          </button>
+          <button type="button" aria-pressed={tool.value === 'region'} onClick={() => toggle('region')}>
+            Draw region
+          </button>
+        </>
+      )}
     </span>
   );
+}
+
+/** Another map than one of heights gives way to the height map. */
+function toggleSolid(): void {
+  const solid = !inSolid.peek();
+  const { map, frame } = selection.peek();
+  if (frame !== null || map === null || !isHeight(map)) selectMap('height');
+  select({ solid });
 }
 
 export function ToolBar() {

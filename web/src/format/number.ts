@@ -15,7 +15,8 @@ export function placesOfSigma(sigma: number): number {
   return Math.min(Math.max(1 - exponent, 0), 12);
 }
 
-function toPlaces(value: number, places: number): string {
+/** With so many decimal places. */
+export function toPlaces(value: number, places: number): string {
   const text = value.toFixed(places);
   // No minus before zero.
   return withMinus(/^-0(\.0*)?$/.test(text) ? text.slice(1) : text);

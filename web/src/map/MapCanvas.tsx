@@ -1,4 +1,5 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
+import { TakeButton } from '../components/TakeButton';
 import { ZoomButtons } from '../components/ZoomButtons';
 import { field } from './field';
 import { MapController } from './controller';
@@ -31,6 +32,7 @@ export function MapCanvas() {
         Arrow keys move the pin, plus and minus zoom, 0 shows all. The value at the pin is read out below.
       </span>
       <ZoomButtons />
+      <TakeButton />
       {problem && (
         <p class="map-problem" role="alert">
           {problem}

@@ -1,10 +1,12 @@
 // Ties the map's canvases to the selection: one frame loop, drawn only when something has changed.
 
 import { effect } from '@preact/signals';
-import { drawing, hover, select, selection, tool } from '../store/selection';
+import { choose, levelMarks } from '../store/levelled';
+import { drawing, drawLine, hover, lines, select, selection, tool } from '../store/selection';
 import { origin_px } from '../store/questions';
 import { results } from '../store/results';
 import { clipMarks, hillshade, maskHatch, palette, photo } from '../store/settings';
+import { significant } from '../format/number';
 import { field, frameField, shownColours, shownRange } from './field';
 import { drawLoupe } from './loupe';
 import { drawMarks, type Gutter, type Marks } from './marks';
@@ -14,7 +16,7 @@ import { mapSource } from './source';
 import { coarseWindow } from './pyramid';
 import { tilesOf } from './layer';
 import { Tiles, type TileName } from './tiles';
-import { handleOf, handleMoves, type MapHandle } from './handle';
+import { handleOf, handleMoves, pictureOf, type MapHandle, type Picture } from './handle';
 import { bounded, fitted, fittedTo, pixelAt, showing, zoomedAt, type Size, type View } from './view';
 
 const WIDE: Gutter = { left: 46, top: 22, right: 46, bottom: 24 };
@@ -56,15 +58,17 @@ export class MapController implements MapHandle {
           clipMarks.value,
           handleMoves.value,
           origin_px.value,
+          levelMarks.value,
         ];
         this.redraw();
       }),
     );
     handleOf.value = this;
+    pictureOf.value = () => this.picture();
   }
 
   end(): void {
-    handleOf.value = null;
+    handleOf.value = pictureOf.value = null;
     for (const ending of this.endings) ending();
   }
 
@@ -155,9 +159,11 @@ export class MapController implements MapHandle {
       };
     };
     listenToPointers(this.marks, () => ({ x: this.gutter.left, y: this.gutter.top }), {
-      pin: (x, y) => {
+      pin: (x, y, clicked) => {
         const pixel = at(x, y);
-        if (pixel) select({ pin: pixel });
+        if (!pixel) return;
+        select({ pin: pixel });
+        if (clicked && tool.peek() === 'points') choose(pixel);
       },
       hover: (place) => (hover.value = place && at(place.x, place.y)),
       pan: (dx, dy) => {
@@ -169,8 +175,7 @@ export class MapController implements MapHandle {
         const [first, last] = [within(from), within(to)];
         drawing.value = true;
         if (kind === 'line') {
-          const width = selection.peek().line?.width ?? 5;
-          select({ line: { x0: first.x, y0: first.y, x1: last.x, y1: last.y, width } });
+          drawLine({ x0: first.x, y0: first.y, x1: last.x, y1: last.y });
         } else {
           select({
             region: [
@@ -186,7 +191,7 @@ export class MapController implements MapHandle {
         drawing.value = false;
         // What was asked is answered there.
         if (kind === 'region' && selection.peek().region) {
-          select({ panel: 'steps' });
+          if (selection.peek().panel !== 'steps') select({ panel: 'region' });
           document.getElementById('panel')?.scrollIntoView({ block: 'nearest' });
         }
         tool.value = 'pin';
@@ -197,6 +202,27 @@ export class MapController implements MapHandle {
       },
       tool: () => tool.peek(),
     });
+  }
+
+  /** Map and marks as they are on the screen. */
+  private picture(): Picture | null {
+    // WebGL keeps what it has drawn only until the browser shows it.
+    this.draw();
+    const [picture, devicePixels] = [document.createElement('canvas'), Math.min(devicePixelRatio, 2)];
+    [picture.width, picture.height] = [this.marks.width, this.marks.height];
+    const context = picture.getContext('2d');
+    if (!context) return null;
+    const [left, top, width, height] = [
+      this.gutter.left,
+      this.gutter.top,
+      this.size.width,
+      this.size.height,
+    ].map((length) => length * devicePixels) as [number, number, number, number];
+    context.drawImage(this.gl, left, top, width, height);
+    context.drawImage(this.marks, 0, 0);
+    const { pixel_mm } = results.value?.geometry ?? {};
+    const words = pixel_mm ? [`pixel on the surface ${significant(pixel_mm, 4)} mm`] : [];
+    return { picture, devicePixels, words, coloured: true, solid: false };
   }
 
   redraw(): void {
@@ -255,8 +281,9 @@ export class MapController implements MapHandle {
       palette: palette.value,
       pin: selection.value.pin,
       hover: hover.value,
-      line: selection.value.line,
+      lines: lines.value,
       region: selection.value.region,
+      level: levelMarks.value,
     };
     drawMarks(this.context, marks, devicePixels);
     if (this.loupe) drawLoupe(this.context, this.gl, this.loupe, marks, devicePixels);

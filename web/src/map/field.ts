@@ -5,6 +5,7 @@ import type { Colours, Histogram, MapInfo } from '../api';
 import { codesOf, type Code } from '../colours/codes';
 import { histogramOf, type Scale } from '../colours/range';
 import { comparison } from '../store/comparison';
+import { isHeight, levelled } from '../store/levelled';
 import { results } from '../store/results';
 import { selection } from '../store/selection';
 import { arraySource, frameSource, mapSource, type TileSource } from './source';
@@ -30,6 +31,20 @@ export interface Field {
   /** What the mode "auto" is called, and what else is to be said of it. */
   autoName: string;
   autoNote?: string;
+}
+
+/** A map, or its heights as they are levelled. */
+function shownMap(map: MapInfo): Field {
+  const held = levelled.value;
+  const info = held?.infos.get(map.id);
+  if (!held || !info) return ofMap(map);
+  const plain = ofMap({ ...map, ...info });
+  return {
+    ...plain,
+    title: `${map.title}, ${held.words}`,
+    source: mapSource(map.id, map.levels, held.by),
+    asked: `${plain.asked}&levelled_by=${held.by}`,
+  };
 }
 
 function ofMap(map: MapInfo): Field {
@@ -136,7 +151,13 @@ export const field = computed<Field | null>(() => {
   if (map === 'difference') return difference.value;
   if (map === 'difference-sigma') return differenceInSigma.value;
   const info = held.maps.find((one) => one.id === map);
-  return info ? ofMap(info) : null;
+  return info ? shownMap(info) : null;
+});
+
+/** Whether the surface is shown in 3-D: only heights are. */
+export const inSolid = computed(() => {
+  const { solid, frame, map } = selection.value;
+  return solid && frame === null && map !== null && isHeight(map) && !!results.value?.geometry;
 });
 
 /** The colours that are shown: those chosen, or those of the field. */

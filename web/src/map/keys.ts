@@ -3,7 +3,8 @@
 import { overlays } from '../rig/picture_store';
 import { toggleTarget } from '../rig/targeting';
 import { mode, view, type ViewName } from '../store/route';
-import { select, selection, selectMap, showView, tool } from '../store/selection';
+import { addsLine, select, selection, selectMap, showView, tool } from '../store/selection';
+import { choose } from '../store/levelled';
 import { results } from '../store/results';
 import { letterKeys } from '../store/settings';
 import { handleOf } from './handle';
@@ -18,6 +19,7 @@ const RESULT_KEYS: Key[] = [
   ['R', 'next range: auto, full'],
   ['L', 'draw a line'],
   ['A', 'draw a region'],
+  ['Enter', 'while points to level by are chosen: take the pin'],
   ['C', 'copy the link to this view'],
   [',  .', 'frame before, frame after'],
 ];
@@ -117,7 +119,10 @@ function onKey(event: KeyboardEvent): void {
   if (event.ctrlKey || event.metaKey || event.altKey || keySheetOpen.peek()) return;
   const target = event.target as HTMLElement;
   if (target.closest('input, select, textarea, [contenteditable], dialog')) return;
-  if (event.key === 'Escape') tool.value = 'pin';
+  if (event.key === 'Escape') {
+    tool.value = 'pin';
+    addsLine.value = false;
+  }
   const arrow = ARROWS[event.key];
   if (arrow) {
     // Tabs, sliders and lists have arrow keys of their own; a picture of the rig moves when it has the focus.
@@ -126,6 +131,15 @@ function onKey(event: KeyboardEvent): void {
     event.preventDefault();
     const far = event.shiftKey ? 10 : 1;
     handleOf.peek()?.movePin(arrow[0] * far, arrow[1] * far);
+    return;
+  }
+  if (
+    event.key === 'Enter' &&
+    tool.peek() === 'points' &&
+    (target === document.body || target.id === 'map')
+  ) {
+    const at = selection.peek().pin;
+    if (at) choose(at);
     return;
   }
   const act = SIGNS[event.key] ?? actOf(event.key.toLowerCase());

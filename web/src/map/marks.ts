@@ -2,6 +2,7 @@
 
 import type { Palette } from '../components/palette';
 import type { LineSelection, Pin, Region } from '../store/hash';
+import { lettersOf } from '../store/selection';
 import { roundAbove, roundBelow, ticks, tickText } from './scale_bar';
 import { toImage, toScreen, type Size, type View } from './view';
 
@@ -24,8 +25,11 @@ export interface Marks {
   palette: Palette;
   pin: Pin | null;
   hover: Pin | null;
-  line: LineSelection | null;
+  /** In the order of their letters. */
+  lines: LineSelection[];
   region: Region | null;
+  /** What heights are levelled by, or will be. */
+  level: { region: Region | null; points: Pin[] };
 }
 
 type Context = CanvasRenderingContext2D;
@@ -73,7 +77,12 @@ function cross(context: Context, { view, canvas }: Marks, at: Pin, arm: number, 
   stroke(context, dash);
 }
 
-function drawLine(context: Context, { view, canvas }: Marks, line: LineSelection): void {
+function drawLine(
+  context: Context,
+  { view, canvas }: Marks,
+  line: LineSelection,
+  [first, last]: [string, string],
+): void {
   const from = toScreen(view, canvas, line.x0 + 0.5, line.y0 + 0.5);
   const to = toScreen(view, canvas, line.x1 + 0.5, line.y1 + 0.5);
   context.beginPath();
@@ -93,16 +102,32 @@ function drawLine(context: Context, { view, canvas }: Marks, line: LineSelection
   const [ux, uy] = [(to.x - from.x) / length, (to.y - from.y) / length];
   context.textAlign = 'center';
   context.textBaseline = 'middle';
-  edgedText(context, 'A', from.x - ux * 14, from.y - uy * 14);
-  edgedText(context, 'B', to.x + ux * 14, to.y + uy * 14);
+  edgedText(context, first, from.x - ux * 14, from.y - uy * 14);
+  edgedText(context, last, to.x + ux * 14, to.y + uy * 14);
 }
 
-function drawRegion(context: Context, { view, canvas }: Marks, region: Region): void {
+/** Points of a plane, numbered from 1; its region. */
+function drawLevel(context: Context, marks: Marks): void {
+  const { region, points } = marks.level;
+  if (region) drawRegion(context, marks, region, [2, 4]);
+  context.font = '600 14px system-ui, sans-serif';
+  context.textAlign = 'left';
+  context.textBaseline = 'bottom';
+  points.forEach((point, index) => {
+    const at = toScreen(marks.view, marks.canvas, point.x + 0.5, point.y + 0.5);
+    context.beginPath();
+    context.arc(at.x, at.y, 5, 0, 2 * Math.PI);
+    stroke(context);
+    edgedText(context, String(index + 1), at.x + 7, at.y - 5);
+  });
+}
+
+function drawRegion(context: Context, { view, canvas }: Marks, region: Region, dash: number[]): void {
   const from = toScreen(view, canvas, Math.min(region[0], region[2]), Math.min(region[1], region[3]));
   const to = toScreen(view, canvas, Math.max(region[0], region[2]), Math.max(region[1], region[3]));
   context.beginPath();
   context.rect(from.x, from.y, to.x - from.x, to.y - from.y);
-  stroke(context, [6, 4]);
+  stroke(context, dash);
 }
 
 function scaleBar(context: Context, { view, canvas, image, pixel_mm }: Marks): void {
@@ -205,8 +230,9 @@ export function drawMarks(context: Context, marks: Marks, devicePixels: number):
   context.rect(gutter.left, gutter.top, canvas.width, canvas.height);
   context.clip();
   context.translate(gutter.left, gutter.top);
-  if (marks.region) drawRegion(context, marks, marks.region);
-  if (marks.line) drawLine(context, marks, marks.line);
+  drawLevel(context, marks);
+  if (marks.region) drawRegion(context, marks, marks.region, [6, 4]);
+  marks.lines.forEach((line, index) => drawLine(context, marks, line, lettersOf(index)));
   if (marks.hover) cross(context, marks, marks.hover, 5, [2, 2]);
   if (marks.pin) cross(context, marks, marks.pin, 14, []);
   scaleBar(context, marks);

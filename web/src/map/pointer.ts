@@ -1,7 +1,8 @@
 // Mouse, pen and fingers on the map, told apart here and handed on as intentions.
 
 export interface Intentions {
-  pin: (x: number, y: number) => void;
+  /** `clicked` is false while a finger drags it. */
+  pin: (x: number, y: number, clicked: boolean) => void;
   hover: (at: { x: number; y: number } | null) => void;
   pan: (dx: number, dy: number) => void;
   zoom: (factor: number, x: number, y: number) => void;
@@ -10,7 +11,7 @@ export interface Intentions {
   drawn: (kind: 'line' | 'region') => void;
   /** Where the loupe is wanted; null when the finger has left. */
   loupe: (at: { x: number; y: number } | null) => void;
-  tool: () => 'pin' | 'line' | 'region';
+  tool: () => 'pin' | 'line' | 'region' | 'points';
   /** What one finger does; on a map it moves the pin. */
   finger?: 'pan';
 }
@@ -83,14 +84,14 @@ export function listenToPointers(element: HTMLElement, offset: () => Point, to: 
     drag.moved = true;
     if (drag.kind === 'pan') to.pan(at.x - drag.last.x, at.y - drag.last.y);
     else if (drag.kind === 'pin') {
-      to.pin(at.x, at.y);
+      to.pin(at.x, at.y, false);
       to.loupe(at);
     } else to.draw(drag.kind, drag.from, at);
     drag.last = at;
   });
 
   const end = (event: PointerEvent): void => {
-    if (drag && event.type === 'pointerup' && !drag.moved) to.pin(drag.from.x, drag.from.y);
+    if (drag && event.type === 'pointerup' && !drag.moved) to.pin(drag.from.x, drag.from.y, true);
     endDrawing();
     fingers.delete(event.pointerId);
     drag = null;

@@ -31,13 +31,19 @@ function marked(values: Float32Array): Float32Array {
 /** Names the results, so that tiles of former ones are not taken for theirs. */
 const ofResults = (): string => results.value?.id ?? '';
 
-export function mapSource(id: string, levels: number): TileSource {
+/** `by` is what a map of heights is levelled by. */
+export function mapSource(id: string, levels: number, by: string | null = null): TileSource {
   return {
-    key: `${ofResults()}/map/${id}`,
+    key: `${ofResults()}/map/${id}/${by ?? ''}`,
     levels,
     step: 1,
     load: async (level, row, column, abort) =>
-      marked(await api.tile(`api/maps/${encodeURIComponent(id)}/${level}/${row}/${column}`, abort)),
+      marked(
+        await api.tile(
+          `api/maps/${encodeURIComponent(id)}/${level}/${row}/${column}${by ? `?levelled_by=${by}` : ''}`,
+          abort,
+        ),
+      ),
   };
 }
 

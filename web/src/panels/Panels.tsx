@@ -7,16 +7,16 @@ import { ComparePanel } from './ComparePanel';
 import { DownloadsPanel } from './DownloadsPanel';
 import { FramesPanel } from './FramesPanel';
 import { PixelPanel } from './PixelPanel';
+import { RegionPanel } from './RegionPanel';
 import { RowCostPanel } from './RowCostPanel';
 import { StagePanel } from './StagePanel';
 import { StepsPanel } from './StepsPanel';
 import { SummaryPanel } from './SummaryPanel';
-import { View3dPanel } from './View3dPanel';
 
 const PANELS: [id: string, title: string, panel: ComponentType][] = [
   ['pixel', 'Pixel', PixelPanel],
+  ['region', 'Region', RegionPanel],
   ['steps', 'Steps', StepsPanel],
-  ['3d', '3-D', View3dPanel],
   ['row-cost', 'Row cost', RowCostPanel],
   ['frames', 'Frames', FramesPanel],
   ['compare', 'Compare', ComparePanel],

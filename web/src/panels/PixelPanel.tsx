@@ -1,5 +1,6 @@
 import type { PixelInfo, PixelValue } from '../api';
 import { measured, percent, significant, spoken, withMinus } from '../format/number';
+import { isHeight, levelled } from '../store/levelled';
 import { pixel } from '../store/questions';
 import { results, unitOf } from '../store/results';
 import { CostPanel } from './CostPanel';
@@ -30,7 +31,10 @@ function Values({ head }: { head: PixelInfo }) {
       <tbody>
         {head.values.map((value) => (
           <tr key={value.id} class={value.id === 'height' ? 'key' : ''}>
-            <th scope="row">{value.title}</th>
+            <th scope="row">
+              {value.title}
+              {levelled.value && isHeight(value.id) && ' (levelled)'}
+            </th>
             <td>
               <Value of={value} reason={head.reason} />
             </td>

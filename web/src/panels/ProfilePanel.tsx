@@ -1,44 +1,28 @@
 import { useMemo, useRef, useState } from 'preact/hooks';
-import { api, type LineInfo, type LinePoint } from '../api';
-import { CurvePanel, type Curve } from '../components/CurvePanel';
+import { api, type LinePoint } from '../api';
+import { CurvePanel } from '../components/CurvePanel';
 import { NumberField } from '../components/NumberField';
+import { takeCurves } from '../sheet/export';
 import { save } from '../store/actions';
+import { MOST_KEPT } from '../store/hash';
+import { levelled, levelledBy } from '../store/levelled';
 import { refuse } from '../store/notices';
-import { profile } from '../store/questions';
+import { keptProfiles, profile } from '../store/questions';
 import { lengths, results } from '../store/results';
-import { drawing, hover, line, select } from '../store/selection';
-import { moved, within, type Cursors } from './between';
+import {
+  addsLine,
+  drawing,
+  dropLine,
+  hover,
+  lettersOf,
+  line,
+  select,
+  selection,
+  tool,
+} from '../store/selection';
+import { moved, pointAt, within, type Cursors } from './between';
 import { ProfileCursors } from './ProfileCursors';
-
-interface Columns {
-  x: number[];
-  curves: Curve[];
-  points: LinePoint[];
-}
-
-/** The points as columns for the plot; `factor` is the length that is shown over one in mm. */
-function columnsOf(info: LineInfo, factor: number): Columns {
-  const shifted =
-    (sign: number) =>
-    (point: LinePoint): number | null => {
-      const [middle, half] = [point.height_mm, point.sigma_mm];
-      return middle === null || half === null ? null : (middle + sign * half) * factor;
-    };
-  return {
-    x: info.points.map((point) => point.distance_mm),
-    points: info.points,
-    curves: [
-      { label: 'value + sigma', values: info.points.map(shifted(1)), tone: 'muted', width: 0.5 },
-      { label: 'value − sigma', values: info.points.map(shifted(-1)), tone: 'muted', width: 0.5 },
-      {
-        label: 'height',
-        values: info.points.map(({ height_mm }) => (height_mm === null ? null : height_mm * factor)),
-        tone: 'first',
-        width: 1.8,
-      },
-    ],
-  };
-}
+import { profilesOf } from './profiles';
 
 /** The point of the line nearest to the pixel under the pointer, if that is close to the line. */
 function nearest(points: LinePoint[], at: { x: number; y: number } | null): number | null {
@@ -52,17 +36,55 @@ function nearest(points: LinePoint[], at: { x: number; y: number } | null): numb
   return best;
 }
 
+const nameOf = (index: number): string => lettersOf(index).join('–');
+
+/** The lines that stay, each with its way out. */
+function Kept() {
+  const { kept } = selection.value;
+  if (kept.length === 0) return null;
+  return (
+    <ul class="kept-lines" aria-label="Other lines">
+      {kept.map(({ x0, y0, x1, y1, width }, index) => (
+        <li key={nameOf(index)}>
+          <span class={`dash dash-${index}`} aria-hidden="true" /> {nameOf(index)} ({x0}, {y0}) to ({x1},{' '}
+          {y1}
+          ), width {width} px{' '}
+          <button type="button" aria-label={`Remove ${nameOf(index)}`} onClick={() => dropLine(index)}>
+            Remove
+          </button>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
 export function ProfilePanel() {
   // While a line is drawn the panel keeps its size, or the map would move under the pointer.
   const drawn = useRef(line.peek());
   if (!drawing.value) drawn.current = line.value;
   const ends = drawn.current;
+  const canvas = useRef<HTMLCanvasElement>(null);
   const { value: info, error, loading } = profile.state.value;
+  const others = keptProfiles.state.value;
+  const { kept } = selection.value;
   const { label, factor } = lengths.value;
   const [put, setCursors] = useState<Cursors | null>(null);
-  const columns = useMemo(() => info && columnsOf(info, factor), [info, factor]);
+  const columns = useMemo(() => {
+    const there = others.value?.length === kept.length ? others.value : [];
+    const names = [...there, info].map((_info, index) => nameOf(index));
+    return info && profilesOf(info, there, names, factor);
+  }, [info, others.value, kept.length, factor]);
   // Another line may be shorter.
-  const cursors = useMemo(() => put && columns && within(put, columns.x), [put, columns]);
+  const cursors = useMemo(
+    () =>
+      put &&
+      columns &&
+      within(
+        put,
+        columns.points.map(({ distance_mm }) => distance_mm),
+      ),
+    [put, columns],
+  );
   if (!results.value?.results) return null;
   if (!ends) {
     return (
@@ -71,21 +93,38 @@ export function ProfilePanel() {
       </section>
     );
   }
+  const [from, to] = lettersOf(kept.length);
+  const words = `(${ends.x0}, ${ends.y0}) to (${ends.x1}, ${ends.y1}) px; band ± sigma (k = 1)`;
+  const levelWords = levelled.value?.words ?? null;
   const csv = async (): Promise<void> => {
     try {
-      save(await api.lineCsv({ ...ends }), 'profile.csv');
+      const levelled_by = levelledBy.peek();
+      const name = levelled_by ? 'profile-levelled.csv' : 'profile.csv';
+      save(await api.lineCsv({ ...ends, levelled_by }), name);
     } catch (fault) {
       refuse(fault);
     }
   };
+  const png = (): void => {
+    if (!canvas.current) return;
+    const title = levelWords ? `Profile ${from}–${to}, ${levelWords}` : `Profile ${from}–${to}`;
+    const dashed = kept.map(
+      ({ x0, y0, x1, y1 }, index) => `${nameOf(index)}, dashed: (${x0}, ${y0}) to (${x1}, ${y1}) px`,
+    );
+    const picture = { picture: canvas.current, devicePixels: devicePixelRatio };
+    void takeCurves(picture, title, [`${from}–${to}: ${words}`, ...dashed], 'profile');
+  };
+  const indexIn = (of: { own: number[] }, point: number | null): number | null =>
+    point === null ? null : (of.own[point] ?? null);
   return (
     <section class="profile" aria-label="Profile">
       <div class="profile-head">
         <h3>
-          Profile A–B
+          Profile {from}–{to}
           <span class="muted">
             {' '}
-            ({ends.x0}, {ends.y0}) to ({ends.x1}, {ends.y1}) px; band ± sigma (k = 1)
+            {words}
+            {levelWords && `; ${levelWords}`}
           </span>
         </h3>
         <NumberField
@@ -98,32 +137,50 @@ export function ProfilePanel() {
           value={ends.width}
           onChange={(width) => select({ line: { ...ends, width: Math.round(width) } })}
         />
+        {kept.length < MOST_KEPT && (
+          <button
+            type="button"
+            aria-pressed={addsLine.value}
+            onClick={() => {
+              addsLine.value = !addsLine.peek();
+              tool.value = addsLine.peek() ? 'line' : 'pin';
+            }}
+          >
+            Add line
+          </button>
+        )}
         <button type="button" onClick={() => void csv()}>
           CSV
         </button>
-        <button type="button" onClick={() => select({ line: null })}>
+        <button type="button" aria-label="Profile as PNG" onClick={png}>
+          PNG
+        </button>
+        <button type="button" onClick={() => dropLine(kept.length)}>
           Clear
         </button>
       </div>
-      {error && <p class="fault">{error}</p>}
+      {(error ?? others.error) && <p class="fault">{error ?? others.error}</p>}
       {columns && !error && (
-        <div class={loading ? 'loading' : ''}>
+        <div class={loading || others.loading ? 'loading' : ''}>
           <CurvePanel
-            name={`Profile from A to B, height in ${label}`}
+            name={`Profile from ${from} to ${to}, height in ${label}`}
             xLabel="distance (mm)"
             yLabel={`height (${label})`}
             x={columns.x}
             curves={columns.curves}
             band={[0, 1]}
             height={150}
-            cursor={nearest(columns.points, hover.value)}
+            canvas={canvas}
+            cursor={indexIn(columns, nearest(columns.points, hover.value))}
             onCursor={(index) => {
-              const point = index === null ? undefined : columns.points[index];
+              const at = index === null ? undefined : columns.x[index];
+              const point = at === undefined ? undefined : columns.points[pointAt(columns.points, at)];
               hover.value = point ? { x: Math.round(point.x_px), y: Math.round(point.y_px) } : null;
             }}
             places={cursors}
             onPick={(at) => cursors && setCursors(moved(cursors, at))}
           />
+          <Kept />
           <ProfileCursors points={columns.points} cursors={cursors} onChange={setCursors} />
         </div>
       )}

@@ -1,11 +1,11 @@
 import { useRef } from 'preact/hooks';
 import type { Budget, Roughness, SurfaceSummary } from '../api';
-import { NumberField } from '../components/NumberField';
+import { RegionFields } from '../components/RegionFields';
 import { count, interval, percent } from '../format/number';
 import { chooseMask, mask, maskFault } from '../store/mask';
 import { surface, trend } from '../store/questions';
 import { lengths, results, trends } from '../store/results';
-import { region, select, tool } from '../store/selection';
+import { region, select } from '../store/selection';
 
 function coverage({ combined }: Budget): string {
   if (combined === null) return 'interval unknown: too few independent parts';
@@ -142,33 +142,6 @@ function RoughnessTable({ of }: { of: Roughness }) {
   );
 }
 
-function RegionFields() {
-  const area = region.value;
-  if (!area) return null;
-  const names = ['x from', 'y from', 'x to', 'y to'];
-  return (
-    <div class="fields">
-      {area.map((value, index) => (
-        <NumberField
-          key={index}
-          label={names[index]!}
-          unit="px"
-          value={value}
-          minimum={0}
-          onChange={(next) => {
-            const changed = area.slice() as typeof area;
-            changed[index] = Math.round(next);
-            if (changed[0] < changed[2] && changed[1] < changed[3]) select({ region: changed });
-          }}
-        />
-      ))}
-      <button type="button" onClick={() => select({ region: null })}>
-        Clear
-      </button>
-    </div>
-  );
-}
-
 /** A mask as a picture file, as `surface --mask` takes it. */
 function MaskField({ of }: { of: SurfaceSummary | null }) {
   const input = useRef<HTMLInputElement>(null);
@@ -241,15 +214,6 @@ export function StepsPanel() {
             ))}
           </select>
         </label>
-      )}
-      {!region.value && (
-        <p class="hint">
-          Alt + drag on the map, or{' '}
-          <button type="button" onClick={() => (tool.value = 'region')}>
-            Draw region
-          </button>{' '}
-          asks for a part of it.
-        </p>
       )}
       {error && (
         <p class="fault" role="alert">

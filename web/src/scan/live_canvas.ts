@@ -258,8 +258,9 @@ export class LiveCanvas implements MapHandle {
       palette: palette.peek(),
       pin: pin && this.pixelOf(pin),
       hover: hover && this.pixelOf(hover),
-      line: null,
+      lines: [],
       region: null,
+      level: { region: null, points: [] },
     };
     drawMarks(this.context, marks, devicePixels);
     if (this.loupe) drawLoupe(this.context, this.gl, this.loupe, marks, devicePixels);

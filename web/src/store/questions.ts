@@ -4,22 +4,34 @@ import { computed, effect, signal, type ReadonlySignal } from '@preact/signals';
 import {
   api,
   type Framed,
+  type LineEnds,
   type LineInfo,
   type OneValue,
+  type Pixel,
   type PixelInfo,
+  type RegionInfo,
+  type RegionQuery,
   type RowCost,
   type SurfaceQuestion,
   type SurfaceSummary,
 } from '../api';
-import type { LineSelection, Pin } from './hash';
+import type { Pin } from './hash';
 import { field } from '../map/field';
 import { latest, type Latest } from './latest';
+import { isHeight, levelledBy } from './levelled';
 import { mask } from './mask';
 import { results } from './results';
-import { drawing, hover, line, panel, pin, region } from './selection';
+import { drawing, hover, line, panel, pin, region, selection } from './selection';
 
-export const pixel = latest<Pin, Framed<PixelInfo>>(({ x, y }, abort) => api.pixel(x, y, abort));
-export const profile = latest<LineSelection, LineInfo>((ends, abort) => api.line({ ...ends }, abort), 150);
+export const pixel = latest<Pixel, Framed<PixelInfo>>(api.pixel);
+export const profile = latest<LineEnds, LineInfo>(api.line, 150);
+/** The profiles of the lines that stay. */
+export const keptProfiles = latest<LineEnds[], LineInfo[]>(
+  (all, abort) => Promise.all(all.map((ends) => api.line(ends, abort))),
+  150,
+);
+/** A region of the heights in numbers. */
+export const inRegion = latest<RegionQuery, RegionInfo>(api.region, 150);
 export const rowCost = latest<number, Framed<RowCost>>((y, abort) => api.rowCost(y, abort), 150);
 
 /** The pixel at 0 mm: as the server tells, or as follows from a pixel's place in mm; null if unknown. */
@@ -38,6 +50,14 @@ export const surface = latest<SurfaceQuestion, SurfaceSummary>(
 
 /** The form that is removed before steps and roughness are found. */
 export const trend = signal('quadric');
+
+const keptLines = computed(() => selection.value.kept);
+
+/** The heights that are spoken of: those on the map, or those that count. */
+const heightMap = computed(() => {
+  const { map } = selection.value;
+  return map && isHeight(map) ? map : 'height';
+});
 
 const look = (): Latest<string, OneValue> => latest(api.value, 60);
 
@@ -70,15 +90,33 @@ function askAtRest<T extends readonly unknown[]>(of: () => T, ask: (now: T) => v
 }
 
 export function followSelection(): void {
-  effect(() => pixel.ask(results.value?.results ? pin.value : null));
+  effect(() => {
+    const at = results.value?.results ? pin.value : null;
+    pixel.ask(at && { ...at, levelled_by: levelledBy.value });
+  });
   effect(() => {
     void results.value?.id;
     atPin.ask(pinAsked.value);
   });
   effect(() => atPointer.ask(pointerAsked.value));
   askAtRest(
-    () => [results.value, line.value] as const,
-    ([held, ends]) => profile.ask(held?.results ? ends : null),
+    () => [results.value, line.value, levelledBy.value] as const,
+    ([held, ends, levelled_by]) => profile.ask(held?.results && ends ? { ...ends, levelled_by } : null),
+  );
+  askAtRest(
+    () => [results.value, keptLines.value, levelledBy.value] as const,
+    ([held, kept, levelled_by]) => {
+      keptProfiles.ask(
+        held?.results && kept.length > 0 ? kept.map((ends) => ({ ...ends, levelled_by })) : null,
+      );
+    },
+  );
+  askAtRest(
+    () => [results.value, region.value, heightMap.value, levelledBy.value] as const,
+    ([held, part, map, levelled_by]) => {
+      const [x0, y0, x1, y1] = part ?? [0, 0, 0, 0];
+      inRegion.ask(part && held?.geometry ? { map, x0, y0, x1, y1, levelled_by } : null);
+    },
   );
   askAtRest(
     () => [results.value, region.value, mask.value, trend.value] as const,

@@ -12,9 +12,12 @@ export const results = signal<Results | null>(null);
 export const trends = signal<Trend[]>([]);
 export const loadError = signal<string | null>(null);
 
+/** The range of the heights as they are shown while they are levelled, else null. */
+export const levelledRange = signal<{ low: number; high: number } | null>(null);
+
 /** The unit of all lengths along z. */
 export const lengths = computed<LengthUnit>(() => {
-  const height = results.value?.maps.find((map) => map.id === 'height');
+  const height = levelledRange.value ?? results.value?.maps.find((map) => map.id === 'height');
   return lengthUnit(height?.low ?? null, height?.high ?? null);
 });
 

@@ -1,7 +1,7 @@
 // The one selection that all panes read and write: pin, line, region, map, range, zoom, frame.
 
 import { computed, effect, signal } from '@preact/signals';
-import { fromHash, toHash, type Selection } from './hash';
+import { fromHash, toHash, type LineSelection, type Selection } from './hash';
 import { asked, view, viewNamed, type ViewName } from './route';
 import { takeToken } from './token';
 
@@ -13,13 +13,42 @@ export const hover = signal<{ x: number; y: number } | null>(null);
 /** Whether a line or a region is being drawn: nothing on the page may move meanwhile. */
 export const drawing = signal(false);
 
-/** What a drag on the map draws next. */
-export const tool = signal<'pin' | 'line' | 'region'>('pin');
+/** Whether the next line is one more, beside those that are there. */
+export const addsLine = signal(false);
+
+/** What a drag on the map draws next, or a click: points of a plane to level by. */
+export const tool = signal<'pin' | 'line' | 'region' | 'points'>('pin');
 
 export const pin = computed(() => selection.value.pin);
 export const line = computed(() => selection.value.line);
 export const region = computed(() => selection.value.region);
 export const panel = computed(() => selection.value.panel ?? 'pixel');
+
+/** The lines in the order of their letters; the last one has the cursors. */
+export const lines = computed(() => {
+  const { kept, line: last } = selection.value;
+  return last ? [...kept, last] : [];
+});
+
+/** Letters of the ends of a line: A and B of the first, C and D of the second, and so on. */
+export function lettersOf(index: number): [from: string, to: string] {
+  return [String.fromCharCode(65 + 2 * index), String.fromCharCode(66 + 2 * index)];
+}
+
+/** Draws a line: in place of the last one, or beside it. */
+export function drawLine(ends: Omit<LineSelection, 'width'>): void {
+  const { line: last, kept } = selection.peek();
+  const line = { ...ends, width: last?.width ?? 5 };
+  if (addsLine.peek() && last) select({ line, kept: [...kept, last] });
+  else select({ line });
+  addsLine.value = false;
+}
+
+/** Takes a line away; the one before takes its place. */
+export function dropLine(index: number): void {
+  const rest = lines.peek().filter((_line, at) => at !== index);
+  select({ line: rest.at(-1) ?? null, kept: rest.slice(0, -1) });
+}
 
 export function select(change: Partial<Selection>): void {
   selection.value = { ...selection.peek(), ...change };

@@ -15,7 +15,14 @@ function statesOf(results: Results, line: number[]): [name: string, hash: string
   return [
     ...results.maps.map(({ id }): [string, string] => [id, `results/${id}`]),
     ['frame', `results/${first}?f=3&s=frames`],
-    ['region', `results/${first}?${region}&s=steps`],
+    ['region', `results/${first}?${region}&s=region`],
+    ['steps', `results/${first}?${region}&s=steps`],
+    [
+      'levelled',
+      `results/height?lv=${region.replace('a=', 'region-').replaceAll(',', '-')}&l=${line.join(',')},5&s=region&${region}`,
+    ],
+    ['solid', `results/height?d=3`],
+    ['lines', `results/height?l=${line.join(',')},5&ls=${x0},${y0! + 40},${x1},${y0},5`],
     ...results.others.slice(0, 1).map((other): [string, string] => {
       return ['difference', `results/difference?cmp=${other}&s=compare`];
     }),
@@ -38,14 +45,14 @@ for (const [size, width, height] of SIZES) {
       const names = await page.getByRole('tab').allTextContents();
       for (const name of names) {
         await page.getByRole('tab', { name }).click();
-        await page.waitForTimeout(name === '3-D' ? 2500 : 700);
+        await page.waitForTimeout(700);
         const path = `screenshots/${size}-${theme}-${name.toLowerCase().replace(' ', '-')}.png`;
         await page.screenshot({ path });
       }
       await page.evaluate(() => document.querySelector('.results')?.scrollTo(0, 0));
       for (const [name, hash] of statesOf(results, line)) {
         await open(page, hash);
-        await page.waitForTimeout(1200);
+        await page.waitForTimeout(name === 'solid' ? 3000 : 1200);
         await page.screenshot({ path: `screenshots/${size}-${theme}-map-${name}.png` });
       }
     });

@@ -18,7 +18,8 @@ export async function open(page: Page, selection = ''): Promise<void> {
   // Another fragment alone would not load the page anew.
   await page.goto('about:blank');
   await page.goto(`${ORIGIN}/${hash}`);
-  await expect(mapOf(page)).toBeVisible();
+  // The map, or the surface in its place.
+  await expect(page.locator('#map, .view3d canvas')).toBeVisible();
 }
 
 export function mapOf(page: Page): Locator {

@@ -132,6 +132,8 @@ test('a region asks for steps and roughness', async ({ page }) => {
   await page.mouse.move(middle.x + 100, middle.y + 70, { steps: 4 });
   await page.mouse.up();
   const panel = page.getByRole('tabpanel');
+  await expect(panel).toContainText('About the least-squares plane of the region');
+  await showPanel(page, 'Steps');
   await expect(panel).toContainText('Steps and roughness of the region');
   await expect(panel).toContainText('Sq');
   await expect(panel).toContainText(/± holds 95 % coverage|No step height/);
@@ -206,7 +208,7 @@ test('a lost server is said, and the page recovers by a button or by itself', as
 });
 
 test('no request leaves the server, and nothing is refused', async ({ page }) => {
-  // Ten panels, one of them in 3-D, each until it is complete.
+  // Ten panels, each until it is complete, and the surface in 3-D.
   test.slow();
   const foreign: string[] = [];
   const faults: string[] = [];
@@ -222,6 +224,11 @@ test('no request leaves the server, and nothing is refused', async ({ page }) =>
   const names = await page.getByRole('tab').allTextContents();
   for (const name of names) {
     await showPanel(page, name);
+  }
+  if ((await resultsOf(page)).geometry) {
+    await page.getByRole('button', { name: '3-D' }).click();
+    await quiet(page);
+    await expect(page.getByText('loading…')).toHaveCount(0);
   }
   expect(foreign).toEqual([]);
   expect(faults).toEqual([]);
@@ -280,8 +287,8 @@ test('a region is answered at once, whatever panel is open, and its drag asks on
     await quiet(page);
   }
   expect(asked.map((address) => /surface|line/.exec(address)![0])).toEqual(['surface', 'line']);
-  const panel = page.getByRole('tabpanel', { name: 'Steps' });
-  await expect(panel).toContainText('region');
+  const panel = page.getByRole('tabpanel', { name: 'Region' });
+  await expect(panel).toContainText('Height in the region');
   await expect(panel.getByRole('button', { name: 'Clear' })).toBeVisible();
 });
 

@@ -1,8 +1,10 @@
 // Replies of the mock server, computed from the truth.
 
+import { levelledAt, mrad, planeBy } from './levelling';
 import * as truth from './truth';
 import type {
   CalibrationInfo,
+  LevelledInfo,
   LineInfo,
   MapClass,
   MapInfo,
@@ -41,8 +43,8 @@ function infoOf(map: truth.MapTruth): MapInfo {
   return info;
 }
 
-function infoFrom(map: truth.MapTruth): MapInfo {
-  const valid = gridOf(map).filter(Number.isFinite).sort();
+function infoFrom(map: truth.MapTruth, grid = gridOf(map)): MapInfo {
+  const valid = grid.filter(Number.isFinite).sort();
   const quantile = (share: number): number => valid[Math.round(share * (valid.length - 1))] ?? 0;
   const [minimum, maximum] = [quantile(0), quantile(1)];
   const counts = new Array<number>(256).fill(0);
@@ -100,10 +102,43 @@ export function tile(
   });
 }
 
-export function mapTile(id: string, level: number, row: number, column: number): Float32Array | null {
+/** The heights less a plane; the page asks for the same one again and again. */
+function levelledGrid(by: string): Float32Array {
+  let grid = grids.get(by);
+  if (!grid) {
+    const at = levelledAt(by);
+    grid = Float32Array.from({ length: ROWS * COLUMNS }, (_, index) => {
+      const [x, y] = [index % COLUMNS, Math.floor(index / COLUMNS)];
+      return truth.codeAt(x, y) === 0 ? at(x, y) : NaN;
+    });
+    grids.set(by, grid);
+  }
+  return grid;
+}
+
+/** What is known of the levelled heights; null if there is no plane. */
+export function levelled(by: string): LevelledInfo | null {
+  const plane = planeBy(by);
+  const height = truth.MAPS.find(({ id }) => id === 'height');
+  if (!plane || !height) return null;
+  const { valid, share_valid, low, high, widened, minimum, maximum, histogram } = infoFrom(
+    height,
+    levelledGrid(by),
+  );
+  const [tilt_x_mrad, tilt_y_mrad] = plane.slopes.map(mrad) as [number, number];
+  return { tilt_x_mrad, tilt_y_mrad, valid, share_valid, low, high, widened, minimum, maximum, histogram };
+}
+
+export function mapTile(
+  id: string,
+  level: number,
+  row: number,
+  column: number,
+  by: string | null,
+): Float32Array | null {
   const map = truth.MAPS.find((one) => one.id === id);
   if (!map) return null;
-  const grid = gridOf(map);
+  const grid = by === null ? gridOf(map) : levelledGrid(by);
   return tile((x, y) => grid[y * COLUMNS + x] ?? NaN, map.nearest, level, row, column);
 }
 
@@ -218,7 +253,7 @@ export function results(): Results {
   };
 }
 
-export function pixel(x: number, y: number): [PixelInfo, Float32Array] {
+export function pixel(x: number, y: number, by: string | null): [PixelInfo, Float32Array] {
   const code = truth.codeAt(x, y);
   const found = code === 0;
   const disparity = truth.disparityAt(x, y);
@@ -256,7 +291,7 @@ export function pixel(x: number, y: number): [PixelInfo, Float32Array] {
       answer: ANSWERS[code]!,
       reason: truth.ANSWERS[code]!,
       values: [
-        value('height', 'height', 'mm', truth.heightAt(x, y), truth.sigmaMmAt(x, y)),
+        value('height', 'height', 'mm', levelledAt(by)(x, y), truth.sigmaMmAt(x, y)),
         value('disparity', 'disparity', 'px', disparity, truth.sigmaPxAt(x, y)),
         value('confidence', 'confidence', '', 0.93, null),
         value('cost', 'cost', 'DN²', 231, null),
@@ -286,7 +321,8 @@ export function value(query: URLSearchParams): OneValue | null {
   if (frame !== null) return { value: truth.frameAt(Number(frame), x, y), sigma: null, reason: null };
   const map = truth.MAPS.find(({ id }) => id === query.get('map'));
   if (!map) return null;
-  const at = map.at(x, y);
+  const by = query.get('levelled_by');
+  const at = by === null || truth.codeAt(x, y) !== 0 ? map.at(x, y) : levelledAt(by)(x, y);
   const sigmas: Record<string, (x: number, y: number) => number> = {
     height: truth.sigmaMmAt,
     disparity: truth.sigmaPxAt,
@@ -312,7 +348,14 @@ export function rowCost(y: number): [RowCost, Float32Array] {
   return [{ rows, columns: COLUMNS, y, first_px: 16, step_px: 0.1, mapping }, values];
 }
 
-export function line(x0: number, y0: number, x1: number, y1: number): LineInfo {
+export function line(query: URLSearchParams): LineInfo {
+  const [x0, y0, x1, y1] = ['x0', 'y0', 'x1', 'y1'].map((name) => Number(query.get(name))) as [
+    number,
+    number,
+    number,
+    number,
+  ];
+  const at = levelledAt(query.get('levelled_by'));
   const steps = Math.max(Math.round(Math.hypot(x1 - x0, y1 - y0)), 1);
   const points = Array.from({ length: steps + 1 }, (_, index) => {
     const share = index / steps;
@@ -323,7 +366,7 @@ export function line(x0: number, y0: number, x1: number, y1: number): LineInfo {
       x_px: x,
       y_px: y,
       distance_mm: index * PIXEL_MM,
-      height_mm: found ? truth.heightAt(column, row) : null,
+      height_mm: found ? at(column, row) : null,
       sigma_mm: found ? truth.sigmaMmAt(column, row) : null,
     };
   });
@@ -339,14 +382,15 @@ export function lineCsv(info: LineInfo): string {
   return `x_px,y_px,distance_mm,height_mm,sigma_mm\n${rows.join('\n')}\n`;
 }
 
-export function mesh(): [object, Float32Array] {
+export function mesh(by: string | null): [object, Float32Array] {
+  const at = levelledAt(by);
   const step = 2;
   const [rows, columns] = [ROWS / step, COLUMNS / step];
   const size = rows * columns;
   const values = Float32Array.from({ length: 2 * size }, (_, index) => {
     const [x, y] = [((index % size) % columns) * step, Math.floor((index % size) / columns) * step];
     if (index >= size) return truth.frameAt(REFERENCE, x, y) / 4095;
-    return truth.codeAt(x, y) === 0 ? truth.heightAt(x, y) : NaN;
+    return truth.codeAt(x, y) === 0 ? at(x, y) : NaN;
   });
   const head = {
     rows,

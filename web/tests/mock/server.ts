@@ -3,6 +3,7 @@
 import { readFile } from 'node:fs/promises';
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';
 import { fileURLToPath } from 'node:url';
+import { regionInNumbers } from './levelling';
 import * as replies from './replies';
 import { frameAt } from './truth';
 
@@ -39,6 +40,12 @@ function sendTile(reply: ServerResponse, values: Float32Array | null): void {
   else sendJson(reply, { error: { message: 'There is no such map.' } }, 404);
 }
 
+/** What was asked for, or why there is none. */
+function sendFound(reply: ServerResponse, found: unknown, none: string): void {
+  if (found) sendJson(reply, found);
+  else sendJson(reply, { error: { message: none } }, 400);
+}
+
 // The smallest PNG: one grey pixel.
 const PNG = Buffer.from(
   'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==',
@@ -49,6 +56,7 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
   const number = (name: string): number => Number(query.get(name));
   const parts = path.split('/').slice(2);
   const numbers = parts.map(Number);
+  const by = query.get('levelled_by');
   switch (parts[0]) {
     case 'about': {
       // As `epirig ui` says it, for tests with a rig of their own: `?mode=ui`, and `&sequence=` for none.
@@ -66,13 +74,13 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
     case 'results':
       return sendJson(reply, replies.results());
     case 'maps':
-      return sendTile(reply, replies.mapTile(parts[1]!, numbers[2]!, numbers[3]!, numbers[4]!));
+      return sendTile(reply, replies.mapTile(parts[1]!, numbers[2]!, numbers[3]!, numbers[4]!, by));
     case 'frames': {
       const at = (x: number, y: number): number => frameAt(numbers[1]!, x, y);
       return sendTile(reply, replies.tile(at, false, numbers[2]!, numbers[3]!, numbers[4]!));
     }
     case 'pixel':
-      return sendFramed(reply, replies.pixel(number('x'), number('y')));
+      return sendFramed(reply, replies.pixel(number('x'), number('y'), by));
     case 'value': {
       const value = replies.value(query);
       if (value) return sendJson(reply, value);
@@ -81,10 +89,16 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
     case 'row-cost':
       return sendFramed(reply, replies.rowCost(number('y')));
     case 'line':
-      return sendJson(reply, replies.line(number('x0'), number('y0'), number('x1'), number('y1')));
+      return sendJson(reply, replies.line(query));
     case 'line.csv': {
-      const info = replies.line(number('x0'), number('y0'), number('x1'), number('y1'));
+      const info = replies.line(query);
       return sendBytes(reply, Buffer.from(replies.lineCsv(info)), 'text/csv');
+    }
+    case 'levelled':
+      return sendFound(reply, by && replies.levelled(by), 'The three points lie in a line.');
+    case 'region': {
+      const corners = ['x0', 'y0', 'x1', 'y1'].map(number) as [number, number, number, number];
+      return sendFound(reply, regionInNumbers(corners, by), 'The pixels of the region determine no plane.');
     }
     case 'surface':
       return sendJson(reply, replies.SURFACE);
@@ -95,7 +109,7 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
         { name: 'quadric', title: 'level, tilt and bow' },
       ]);
     case 'mesh':
-      return sendFramed(reply, replies.mesh());
+      return sendFramed(reply, replies.mesh(by));
     case 'compare':
       return sendFramed(reply, replies.compare());
     case 'stage':
@@ -144,7 +158,12 @@ function handle(request: IncomingMessage, reply: ServerResponse): void {
     );
     return;
   }
-  answer(address.pathname, address.searchParams, reply);
+  // As the program, it decodes nothing.
+  const pairs = address.search
+    .slice(1)
+    .split('&')
+    .filter((pair) => pair.includes('='));
+  answer(address.pathname, new URLSearchParams(pairs.map((pair) => pair.split('=', 2))), reply);
 }
 
 export function startMock(port: number): Promise<Server> {

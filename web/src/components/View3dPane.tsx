@@ -2,25 +2,19 @@ import { useSignal } from '@preact/signals';
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { api } from '../api';
 import { colourTable } from '../colours/tables';
-import { NumberField } from '../components/NumberField';
-import { results } from '../store/results';
-import { pin, selection } from '../store/selection';
-import { exaggeration, palette } from '../store/settings';
-import { shownRange } from '../map/field';
+import { field, shownColours, shownRange } from '../map/field';
+import { pictureOf } from '../map/handle';
 import { roundBelow } from '../map/scale_bar';
+import { levelledBy } from '../store/levelled';
+import { lengths, results } from '../store/results';
+import { pin } from '../store/selection';
+import { exaggeration, palette } from '../store/settings';
 import type { View3d } from '../view3d';
+import { NumberField } from './NumberField';
+import { TakeButton } from './TakeButton';
 
 const MOST_POINTS = 250_000;
 const MOST_EXAGGERATION = 100;
-
-/** Range and colours of the height map, so that 2-D and 3-D agree. */
-function heightLook(): { low: number; high: number; table: Uint8Array } {
-  const height = results.value?.maps.find(({ id }) => id === 'height');
-  const shown = selection.value.map === 'height' && selection.value.frame === null;
-  const range = shown ? shownRange.value : { low: height?.low ?? 0, high: height?.high ?? 1 };
-  const colours = (shown && selection.value.colours) || height?.colours || 'viridis';
-  return { ...range, table: colourTable(colours) };
-}
 
 /** Shows the relief a twelfth as high as the object is wide, or a little less. */
 function reliefExaggeration(relief_mm: number, width_mm: number): number {
@@ -28,11 +22,19 @@ function reliefExaggeration(relief_mm: number, width_mm: number): number {
   return wanted > 1 && Number.isFinite(wanted) ? Math.min(roundBelow(wanted), MOST_EXAGGERATION) : 1;
 }
 
-export function View3dPanel() {
+function proportions(times: number): string {
+  return times === 1 ? 'True proportions.' : `Heights are ${times} times too large.`;
+}
+
+/** The surface in place of the map: range and colours are those of the height map. */
+export function View3dPane() {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [view, setView] = useState<View3d | null>(null);
   const [problem, setProblem] = useState<string | null>(null);
   const colour = useSignal<'height' | 'photograph'>('height');
+  const by = levelledBy.value;
+  const map = field.value?.id ?? 'height';
+  const id = results.value?.id;
 
   useEffect(() => {
     let made: View3d | null = null;
@@ -41,10 +43,11 @@ export function View3dPanel() {
       try {
         const [{ View3d: Kind }, { head, values }] = await Promise.all([
           import('../view3d'),
-          api.mesh(MOST_POINTS),
+          api.mesh({ most: MOST_POINTS, map, levelled_by: by }),
         ]);
         if (!here || !canvas.current) return;
         made = new Kind(canvas.current, head, values);
+        setProblem(null);
         setView(made);
       } catch (error) {
         if (here) setProblem(error instanceof Error ? error.message : String(error));
@@ -53,9 +56,10 @@ export function View3dPanel() {
     void begin();
     return () => {
       here = false;
+      setView(null);
       made?.end();
     };
-  }, []);
+  }, [map, by, id]);
 
   useEffect(() => {
     const box = canvas.current?.parentElement;
@@ -65,7 +69,7 @@ export function View3dPanel() {
     return () => observer.disconnect();
   }, [view]);
 
-  const { low, high, table } = heightLook();
+  const { low, high } = shownRange.value;
   const times = exaggeration.value ?? reliefExaggeration(high - low, view?.width_mm ?? NaN);
   const colours = palette.value;
   const at = pin.value;
@@ -73,17 +77,31 @@ export function View3dPanel() {
     view?.show({
       exaggeration: times,
       colour: colour.value,
-      table,
+      table: colourTable(shownColours.value),
       low_mm: low,
       high_mm: high,
+      unit: lengths.value,
+      origin_px: results.value?.geometry?.origin_px ?? [0, 0],
       pin: at,
       ground: colours.raised,
       ink: colours.text,
     });
-  }, [view, times, colour.value, low, high, at, colours, selection.value.colours]);
+  }, [view, times, colour.value, low, high, at, colours, shownColours.value, lengths.value]);
 
-  if (!results.value?.geometry)
-    return <p class="hint">Heights need a calibration, so there is no 3-D view.</p>;
+  useEffect(() => {
+    if (!view) return undefined;
+    pictureOf.value = () => ({
+      picture: view.picture(),
+      devicePixels: view.devicePixels,
+      words: [proportions(times)],
+      coloured: colour.value === 'height',
+      solid: true,
+    });
+    return () => {
+      pictureOf.value = null;
+    };
+  }, [view, times, colour.value]);
+
   const onKey = (event: KeyboardEvent): void => {
     const turns = { ArrowLeft: [-10, 1], ArrowRight: [10, 1], ArrowUp: [0, 0.9], ArrowDown: [0, 1.1] }[
       event.key
@@ -93,10 +111,11 @@ export function View3dPanel() {
     view?.turn(turns[0]!, turns[1]!);
   };
   return (
-    <div>
-      <h2>3-D view</h2>
-      <div class="view3d">
+    <div class="view3d">
+      <div class="view3d-picture">
+        {/* A canvas belongs to one drawing: another surface gets another. */}
         <canvas
+          key={`${id} ${map} ${by}`}
           ref={canvas}
           role="img"
           tabIndex={0}
@@ -125,11 +144,12 @@ export function View3dPanel() {
             <option value="photograph">photograph</option>
           </select>
         </label>
+        <TakeButton />
+        <span class="muted">
+          {proportions(times)} Drag turns, wheel or pinch zooms, right drag or two fingers move. The post
+          stands on the pin.
+        </span>
       </div>
-      <p class="muted note">
-        {times === 1 ? 'True proportions.' : `Heights are ${times} times too large.`} Drag turns, wheel or
-        pinch zooms, right drag or two fingers move. The post stands on the pin.
-      </p>
     </div>
   );
 }
