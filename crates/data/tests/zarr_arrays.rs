@@ -41,6 +41,12 @@ fn frames_come_out_of_every_layout() {
         }
     }
     assert!(!is_zarr(&place("")));
+    // Of the last one, frame 2 was not written: it has the fill value.
+    let array = ForeignArray::open(&place("wide.zarr")).unwrap();
+    for t in [1, 0, 2] {
+        let expected = if t < 2 { frame(t, 100) } else { vec![7; 35] };
+        assert_eq!(*array.frame(t).unwrap().samples(), Samples::U16(expected), "frame {t}");
+    }
 }
 
 #[test]
@@ -66,6 +72,38 @@ fn copy(name: &str) -> tempfile::TempDir {
         }
     }
     folder
+}
+
+#[test]
+fn records_that_ask_for_too_much_are_refused() {
+    let folder = copy("shards.zarr");
+    let path = folder.path().join("zarr.json");
+    let record: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let with = |changes: &[(&str, serde_json::Value)]| {
+        let mut record = record.clone();
+        for (pointer, value) in changes {
+            *record.pointer_mut(pointer).unwrap() = value.clone();
+        }
+        std::fs::write(&path, record.to_string()).unwrap();
+        let read = ForeignArray::open(folder.path()).and_then(|array| array.frame(0));
+        read.err().unwrap_or_else(|| panic!("{changes:?} is read")).to_string()
+    };
+    let huge = serde_json::json!([3, 4_000_000_000_u64, 4_000_000_000_u64]);
+    let chunk = "/chunk_grid/configuration/chunk_shape";
+    let inner = "/codecs/0/configuration/chunk_shape";
+    assert!(with(&[("/shape", huge.clone())]).contains("larger than any image"));
+    assert!(
+        with(&[("/shape", serde_json::json!([3, u64::MAX, u64::MAX]))]).contains("larger than any image")
+    );
+    assert!(with(&[(chunk, huge)]).contains("a chunk has the shape"));
+    assert!(with(&[(chunk, serde_json::json!([0, 6, 7]))]).contains("a chunk has the shape"));
+    assert!(with(&[(chunk, serde_json::json!([1, 6]))]).contains("a chunk has the shape"));
+    assert!(with(&[(inner, serde_json::json!([1, 4, 7]))]).contains("do not fill a shard"));
+    assert!(with(&[(inner, serde_json::json!([1, 0, 7]))]).contains("do not fill a shard"));
+    assert!(with(&[("/codecs", serde_json::json!([]))]).contains("no codec for bytes"));
+    assert!(with(&[("/codecs/0/name", "blosc".into())]).contains("packed by blosc"));
+    assert!(with(&[("/data_type", "int16".into())]).contains("samples of the kind int16"));
+    assert!(with(&[("/zarr_format", 4.into())]).contains("version"));
 }
 
 #[test]

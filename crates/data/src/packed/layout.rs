@@ -1,14 +1,11 @@
 //! What a packed volume looks like on disk: `zarr.json` of the group, with our record and OME-NGFF metadata, and the
 //! array `0`.
 
+use std::ops::Range;
 use std::path::Path;
-use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
-use zarrs::array::codec::array_to_bytes::sharding::ShardingCodecBuilder;
-use zarrs::array::codec::bytes_to_bytes::crc32c::Crc32cCodec;
-use zarrs::array::{Array, ArrayBuilder, ChunkShape, DataType};
+use serde_json::json;
 
 use super::PackedError;
 use epirig_core::tau::Tau;
@@ -35,6 +32,10 @@ pub struct PackedRecord {
     pub frames_blake3: String,
     /// Hash of the calibration by which frames were rectified; `None` for frames as captured.
     pub calibration: Option<String>,
+    /// Rows of a frame.
+    pub rows: usize,
+    /// Columns of a frame.
+    pub columns: usize,
     /// Bits of the camera's samples.
     pub bit_depth: u8,
     /// Whether a sample of 16 bit is a fraction of a level: (full scale + 1) / 32768 DN.
@@ -58,6 +59,8 @@ impl PackedRecord {
             sequence_uid,
             frames_blake3,
             calibration,
+            rows: shape.rows,
+            columns: shape.columns,
             bit_depth: shape.bit_depth,
             fine: shape.fine,
             tau: shape.tau.values().to_vec(),
@@ -65,19 +68,19 @@ impl PackedRecord {
         }
     }
 
-    /// The shape of the volume, whose frames have so many rows and columns.
-    pub(super) fn shape(
-        &self,
-        rows: usize,
-        columns: usize,
-        folder: &Path,
-    ) -> Result<VolumeShape, PackedError> {
-        let tau = Tau::from_positions(&self.tau)?;
-        let (bit_depth, frame_gains) = (self.bit_depth, self.frame_gains.clone());
-        if !(1..=16).contains(&bit_depth) || frame_gains.len() != tau.frames() {
-            return Err(PackedError::contradiction(folder, "its record contradicts itself"));
+    /// The shape of the volume.
+    pub(super) fn shape(&self, folder: &Path) -> Result<VolumeShape, PackedError> {
+        let Self { rows, columns, bit_depth, fine, .. } = *self;
+        let (tau, frame_gains) = (Tau::from_positions(&self.tau)?, self.frame_gains.clone());
+        let samples = rows.checked_mul(columns).and_then(|pixels| pixels.checked_mul(2 * tau.frames()));
+        let is_sound = (1..=16).contains(&bit_depth)
+            && frame_gains.len() == tau.frames()
+            && rows > 0
+            && samples.is_some_and(|samples| samples > 0);
+        match is_sound {
+            true => Ok(VolumeShape { rows, columns, bit_depth, fine, tau, frame_gains }),
+            false => Err(PackedError::contradiction(folder, "its record contradicts itself")),
         }
-        Ok(VolumeShape { rows, columns, bit_depth, fine: self.fine, tau, frame_gains })
     }
 }
 
@@ -108,22 +111,73 @@ pub(super) fn group_text(record: &PackedRecord) -> String {
     format!("{group:#}\n")
 }
 
-/// The array of a volume of this shape in `store`. Nothing is written.
-pub(super) fn array<S>(store: Arc<S>, shape: &VolumeShape, folder: &Path) -> Result<Array<S>, PackedError> {
-    let fault = |reason: &dyn ToString| PackedError::contradiction(folder, reason.to_string());
-    let (frames, rows, columns) = (shape.tau.frames() as u64, shape.rows as u64, shape.columns as u64);
-    let chunk_rows = CHUNK_ROWS as u64;
-    let chunk = ChunkShape::try_from([1, chunk_rows, columns].as_slice()).map_err(|error| fault(&error))?;
-    let mut shards = ShardingCodecBuilder::new(chunk);
-    shards.bytes_to_bytes_codecs(vec![Arc::new(Crc32cCodec::new())]);
-    // A shard has whole chunks, so the last one may reach beyond the image.
-    let shard = vec![1, rows.next_multiple_of(chunk_rows), columns];
-    let (kind, zero): (DataType, Value) = match shape.stored_bit_depth() {
-        ..=8 => (DataType::UInt8, json!(0)),
-        _ => (DataType::UInt16, json!(0)),
-    };
-    let fill = zarrs::array::FillValueMetadataV3::from(zero.as_u64().unwrap_or(0));
-    let mut array = ArrayBuilder::new(vec![frames, rows, columns], shard, kind, fill);
-    array.array_to_bytes_codec(shards.build_arc()).dimension_names(["t", "y", "x"].into());
-    array.build(store, &format!("/{ARRAY}")).map_err(|error| fault(&error))
+/// The text of `zarr.json` of the array.
+pub(super) fn array_text(shape: &VolumeShape) -> String {
+    let bytes = json!({ "name": "bytes", "configuration": { "endian": "little" } });
+    let checked = json!([bytes, { "name": "crc32c" }]);
+    let sharding = json!({
+        "name": "sharding_indexed",
+        "configuration": {
+            "chunk_shape": [1, CHUNK_ROWS, shape.columns],
+            "codecs": checked,
+            "index_codecs": checked,
+            "index_location": "end",
+        },
+    });
+    let array = json!({
+        "zarr_format": 3,
+        "node_type": "array",
+        "shape": [shape.tau.frames(), shape.rows, shape.columns],
+        "data_type": if shape.stored_bit_depth() <= 8 { "uint8" } else { "uint16" },
+        // A shard has whole chunks, so the last one may reach beyond the image.
+        "chunk_grid": {
+            "name": "regular",
+            "configuration": { "chunk_shape": [1, shape.rows.next_multiple_of(CHUNK_ROWS), shape.columns] },
+        },
+        "chunk_key_encoding": { "name": "default", "configuration": { "separator": "/" } },
+        "fill_value": 0,
+        "codecs": [sharding],
+        "dimension_names": ["t", "y", "x"],
+    });
+    format!("{array:#}\n")
+}
+
+/// Name of the file of frame `t` in the folder of the volume.
+pub(super) fn shard_name(t: usize) -> String {
+    format!("{ARRAY}/c/{t}/0/0")
+}
+
+/// Where the chunks of a shard lie, which all have one size: data and checksum.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shard {
+    pub(super) chunks: usize,
+    /// Bytes of the data of a chunk.
+    pub(super) data: usize,
+}
+
+/// Bytes of a checksum.
+pub(super) const CHECKSUM: usize = 4;
+
+impl Shard {
+    pub(super) fn of(shape: &VolumeShape) -> Self {
+        let sample = usize::from(shape.stored_bit_depth().div_ceil(8));
+        Self { chunks: shape.rows.div_ceil(CHUNK_ROWS), data: CHUNK_ROWS * shape.columns * sample }
+    }
+
+    /// The bytes of a chunk in the file.
+    pub(super) fn place(self, chunk: usize) -> Range<u64> {
+        let size = (self.data + CHECKSUM) as u64;
+        chunk as u64 * size..(chunk as u64 + 1) * size
+    }
+
+    /// The index at the end of the file: offset and length of each chunk, and its checksum.
+    pub(super) fn index(self) -> Vec<u8> {
+        let of_chunk = |chunk: usize| {
+            let place = self.place(chunk);
+            [place.start, place.end - place.start].into_iter().flat_map(u64::to_le_bytes)
+        };
+        let mut index: Vec<u8> = (0..self.chunks).flat_map(of_chunk).collect();
+        index.extend(crc32c::crc32c(&index).to_le_bytes());
+        index
+    }
 }

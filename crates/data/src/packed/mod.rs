@@ -16,7 +16,6 @@ mod read;
 #[cfg(test)]
 mod tests;
 mod write;
-mod zstd;
 
 pub use error::PackedError;
 pub use foreign::{ForeignArray, is_zarr};

@@ -1,17 +1,17 @@
 //! Reading a packed volume, whole or some of its rows.
 
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use rayon::prelude::*;
-use zarrs::array::Array;
-use zarrs::array_subset::ArraySubset;
-use zarrs::filesystem::FilesystemStore;
 
 use super::PackedError;
-use super::layout::{ARRAY, FORMAT_VERSION, Group, METADATA, PackedRecord};
-use crate::storage::{LARGEST_RECORD, RecordError, parse_record, read_text};
+use super::layout::{
+    ARRAY, CHECKSUM, CHUNK_ROWS, FORMAT_VERSION, Group, METADATA, PackedRecord, Shard, array_text, shard_name,
+};
+use crate::storage::{LARGEST_RECORD, RecordError, open_file, parse_record, read_text};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Progress;
 use epirig_core::volume::{Volume, VolumeShape};
@@ -20,11 +20,11 @@ use epirig_core::volume::{Volume, VolumeShape};
 const PACK_AGAIN: &str = "remove the volume, and run `epirig pack` again";
 
 /// A packed volume that is whole.
+#[derive(Debug)]
 pub struct PackedVolume {
     folder: PathBuf,
     record: PackedRecord,
     shape: VolumeShape,
-    array: Array<FilesystemStore>,
 }
 
 impl PackedVolume {
@@ -34,20 +34,15 @@ impl PackedVolume {
     /// [`PackedError`] if there is none that is whole, or its record contradicts it.
     pub fn open(folder: &Path) -> Result<Self, PackedError> {
         let record = Self::record_of(folder)?;
-        let array = open(folder, &format!("/{ARRAY}"))?;
-        let bytes = if record.fine || record.bit_depth > 8 { 2 } else { 1 };
-        let kind = array.data_type().fixed_size();
-        let shape = match *array.shape() {
-            [frames, rows, columns] if frames == record.tau.len() as u64 && kind == Some(bytes) => {
-                let [rows, columns] = [rows, columns].map(usize::try_from);
-                let size = rows.ok().zip(columns.ok());
-                let (rows, columns) =
-                    size.ok_or_else(|| PackedError::contradiction(folder, "its frames are too large"))?;
-                record.shape(rows, columns, folder)?
-            }
-            _ => return Err(PackedError::contradiction(folder, "its array is not the one of its record")),
-        };
-        Ok(Self { folder: folder.to_owned(), record, shape, array })
+        let shape = record.shape(folder)?;
+        let path = folder.join(ARRAY).join(METADATA);
+        let text = read_text(&path, LARGEST_RECORD).map_err(RecordError::from)?;
+        // Whatever else an array may be, this one was written by us.
+        let value = |text: &str| serde_json::from_str::<serde_json::Value>(text).ok();
+        match value(&text) == value(&array_text(&shape)) {
+            true => Ok(Self { folder: folder.to_owned(), record, shape }),
+            false => Err(PackedError::contradiction(folder, "its array is not the one of its record")),
+        }
     }
 
     /// The record of the volume `folder`.
@@ -107,41 +102,53 @@ impl PackedVolume {
 
     /// These rows of frame `t`, as they are stored.
     fn frame(&self, t: usize, rows: Range<usize>) -> Result<Frame, PackedError> {
-        let columns = self.shape.columns;
-        let (t_range, y_range) = (t as u64..t as u64 + 1, rows.start as u64..rows.end as u64);
-        let subset = ArraySubset::new_with_ranges(&[t_range, y_range, 0..columns as u64]);
-        let depth = self.shape.stored_bit_depth();
-        let samples = samples(&self.array, &subset, depth <= 8).and_then(|samples| {
-            // A file that is missing counts as zeros in Zarr.
-            let key = self.array.chunk_key(&[t as u64, 0, 0]);
-            match self.folder.join(key.as_str()).is_file() {
-                true => Ok(samples),
-                false => Err("there is no file".to_owned()),
-            }
-        });
-        let samples = samples.map_err(|reason| {
+        let damaged = |reason: String| {
             let folder = self.folder.clone();
             PackedError::Frame { folder, frame: t, reason, advice: PACK_AGAIN }
-        })?;
+        };
+        let path = self.folder.join(shard_name(t));
+        let mut file = open_file(&path).map_err(|error| damaged(error.to_string()))?;
+        let columns = self.shape.columns;
+        let depth = self.shape.stored_bit_depth();
+        let chunks = rows.start / CHUNK_ROWS..rows.end.div_ceil(CHUNK_ROWS);
+        let data = data_of(&mut file, Shard::of(&self.shape), chunks.clone()).map_err(damaged)?;
+        let first = (rows.start - chunks.start * CHUNK_ROWS) * columns;
+        let asked = first..first + rows.len() * columns;
+        let samples = match depth {
+            ..=8 => Samples::U8(data[asked].to_vec()),
+            _ => {
+                let pairs = data[2 * asked.start..2 * asked.end].chunks_exact(2);
+                Samples::U16(pairs.map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect())
+            }
+        };
         Ok(Frame::new(rows.len(), columns, depth, samples)?)
     }
 }
 
-/// Opens an array of a folder.
-pub(super) fn open(folder: &Path, path: &str) -> Result<Array<FilesystemStore>, PackedError> {
-    let store = FilesystemStore::new(folder).map_err(|error| PackedError::no_array(folder, error))?;
-    Array::open(Arc::new(store), path).map_err(|error| PackedError::no_array(folder, error))
-}
-
-/// The samples of a part of an array, or what the reader says.
-pub(super) fn samples(
-    array: &Array<FilesystemStore>,
-    subset: &ArraySubset,
-    narrow: bool,
-) -> Result<Samples, String> {
-    match narrow {
-        true => array.retrieve_array_subset_elements(subset).map(Samples::U8),
-        false => array.retrieve_array_subset_elements(subset).map(Samples::U16),
+/// The data of some chunks of a shard, or what is wrong with it.
+fn data_of(file: &mut File, shard: Shard, chunks: Range<usize>) -> Result<Vec<u8>, String> {
+    let (expected, end) = (shard.index(), shard.place(shard.chunks).start);
+    let length = file.metadata().map_err(|error| error.to_string())?.len();
+    if length != end + expected.len() as u64 {
+        return Err(format!("it has {length} bytes, not {}", end + expected.len() as u64));
     }
-    .map_err(|error| error.to_string())
+    let mut read = |place: Range<u64>| -> Result<Vec<u8>, String> {
+        let mut bytes = vec![0; (place.end - place.start) as usize];
+        let found = file.seek(SeekFrom::Start(place.start)).and_then(|_| file.read_exact(&mut bytes));
+        found.map(|()| bytes).map_err(|error| error.to_string())
+    };
+    if read(end..length)? != expected {
+        return Err("its index was changed".to_owned());
+    }
+    let mut data = Vec::with_capacity(chunks.len() * shard.data);
+    // Neighbouring chunks are one piece of the file.
+    let bytes = read(shard.place(chunks.start).start..shard.place(chunks.end).start)?;
+    for (chunk, bytes) in chunks.zip(bytes.chunks_exact(shard.data + CHECKSUM)) {
+        let (own, checksum) = bytes.split_at(shard.data);
+        if crc32c::crc32c(own).to_le_bytes() != checksum {
+            return Err(format!("rows {} and on were changed", chunk * CHUNK_ROWS));
+        }
+        data.extend_from_slice(own);
+    }
+    Ok(data)
 }

@@ -197,6 +197,9 @@ fn a_record_that_contradicts_its_array_is_refused() {
     for (key, value) in [
         ("fine", true.into()),
         ("bit_depth", 12.into()),
+        ("rows", 4.into()),
+        ("columns", 0.into()),
+        ("rows", u64::MAX.into()),
         ("bit_depth", 0.into()),
         ("tau", serde_json::json!([0.0, 0.5, 1.0])),
         ("frame_gains", serde_json::json!([1.0])),
@@ -208,5 +211,5 @@ fn a_record_that_contradicts_its_array_is_refused() {
     assert!(changed("bit_depth", "8".into()).contains("attributes.epirig.bit_depth"));
     std::fs::remove_file(folder.join("0/zarr.json")).unwrap();
     std::fs::write(&path, text).unwrap();
-    assert!(matches!(PackedVolume::open(&folder), Err(PackedError::NoArray { .. })));
+    assert!(matches!(PackedVolume::open(&folder), Err(PackedError::Record(_))));
 }

@@ -2,15 +2,9 @@
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-use zarrs::array::codec::CodecOptions;
-use zarrs::array::{Array, ArrayMetadata};
-use zarrs::storage::ReadableStorageTraits as _;
-use zarrs::storage::store::MemoryStore;
 
 use super::PackedError;
-use super::layout::{ARRAY, CHUNK_ROWS, METADATA, PackedRecord, array, group_text};
+use super::layout::{ARRAY, METADATA, PackedRecord, Shard, array_text, group_text, shard_name};
 use super::read::PackedVolume;
 use crate::storage::{Disk, RealDisk, Scratch, is_there, open_file, read_record, write_whole};
 use epirig_core::frame::Samples;
@@ -24,10 +18,9 @@ pub struct PackWriter {
     folder: PathBuf,
     disk: Box<dyn Disk>,
     record: PackedRecord,
-    /// Makes the bytes of a shard.
-    array: Array<MemoryStore>,
-    rows: usize,
-    columns: usize,
+    shard: Shard,
+    /// Samples of a frame.
+    samples: usize,
     /// Locked as long as this lives.
     _lock: File,
 }
@@ -53,7 +46,6 @@ impl PackWriter {
         record: PackedRecord,
         shape: &VolumeShape,
     ) -> Result<Self, PackedError> {
-        let array = array(Arc::new(MemoryStore::new()), shape, folder)?;
         let marker = folder.join(IN_THE_MAKING);
         let is_there = |path: &Path| is_there(path).map_err(PackedError::io("look at", path));
         let held = is_there(&marker)?.then(|| lock(folder, &marker)).transpose()?;
@@ -65,12 +57,12 @@ impl PackWriter {
                 if is_there(folder)? && !is_there(&marker)? && !is_replaceable(folder, &record)? {
                     return Err(PackedError::Taken(folder.to_owned()));
                 }
-                make(&mut *disk, folder, &record, array.metadata())?;
+                make(&mut *disk, folder, &record, array_text(shape).as_bytes())?;
                 lock(folder, &marker)?
             }
         };
-        let (rows, columns) = (shape.rows, shape.columns);
-        Ok(Self { folder: folder.to_owned(), disk, record, array, rows, columns, _lock: held })
+        let (shard, samples) = (Shard::of(shape), shape.rows * shape.columns);
+        Ok(Self { folder: folder.to_owned(), disk, record, shard, samples, _lock: held })
     }
 
     /// Whether frame `t` is packed already.
@@ -90,28 +82,21 @@ impl PackWriter {
     /// # Panics
     /// If the samples are of another kind or number than the volume's.
     pub fn put(&mut self, t: usize, samples: Samples) -> Result<(), PackedError> {
-        assert_eq!(samples.len(), self.rows * self.columns);
-        let whole = self.rows.next_multiple_of(CHUNK_ROWS) * self.columns;
-        let place = [t as u64, 0, 0];
-        // Zarr leaves out what is zero. Here a file says that its frame was packed.
-        let mut options = CodecOptions::default();
-        options.set_store_empty_chunks(true);
-        let encoded = match samples {
-            Samples::U8(mut values) => {
-                values.resize(whole, 0);
-                self.array.store_chunk_elements_opt(&place, &values, &options)
-            }
-            Samples::U16(mut values) => {
-                values.resize(whole, 0);
-                self.array.store_chunk_elements_opt(&place, &values, &options)
-            }
+        assert_eq!(samples.len(), self.samples);
+        let mut data = match samples {
+            Samples::U8(values) => values,
+            Samples::U16(values) => values.into_iter().flat_map(u16::to_le_bytes).collect(),
         };
-        let fault = |reason: String| PackedError::contradiction(&self.folder, reason);
-        encoded.map_err(|error| fault(error.to_string()))?;
-        let bytes = self.array.storage().get(&self.array.chunk_key(&place));
-        let bytes = bytes.map_err(|error| fault(error.to_string()))?;
-        self.array.erase_chunk(&place).map_err(|error| fault(error.to_string()))?;
-        self.put_file(&self.path(t), &bytes.unwrap_or_default())
+        let Shard { chunks, data: size } = self.shard;
+        // The last chunk may reach beyond the image.
+        data.resize(chunks * size, 0);
+        let mut bytes = Vec::with_capacity(data.len() + chunks * 32);
+        for chunk in data.chunks_exact(size) {
+            bytes.extend_from_slice(chunk);
+            bytes.extend(crc32c::crc32c(chunk).to_le_bytes());
+        }
+        bytes.extend(self.shard.index());
+        self.put_file(&self.path(t), &bytes)
     }
 
     /// Ends the volume: from now on it is read.
@@ -138,7 +123,7 @@ impl PackWriter {
 
     /// The file of frame `t`.
     fn path(&self, t: usize) -> PathBuf {
-        self.folder.join(self.array.chunk_key(&[t as u64, 0, 0]).as_str())
+        self.folder.join(shard_name(t))
     }
 
     /// Writes a whole file, with the folders that it needs.
@@ -167,18 +152,14 @@ fn make(
     disk: &mut dyn Disk,
     folder: &Path,
     record: &PackedRecord,
-    metadata: &ArrayMetadata,
+    metadata: &[u8],
 ) -> Result<(), PackedError> {
     let scratch = Scratch::beside(folder);
     let scratch = scratch.map_err(|(path, source)| PackedError::io("make a folder in", path)(source))?;
     let (new, former) = (scratch.path().join("new"), scratch.path().join("former"));
-    let text = |value: serde_json::Result<Vec<u8>>| {
-        value.map_err(|error| PackedError::io("write", folder)(std::io::Error::other(error)))
-    };
-    let files = [
-        (new.join(IN_THE_MAKING), text(serde_json::to_vec(record))?),
-        (new.join(ARRAY).join(METADATA), text(serde_json::to_vec_pretty(metadata))?),
-    ];
+    let text = serde_json::to_vec(record).map_err(std::io::Error::other);
+    let text = text.map_err(PackedError::io("write", folder))?;
+    let files = [(new.join(IN_THE_MAKING), text), (new.join(ARRAY).join(METADATA), metadata.to_vec())];
     make_folder(disk, &new)?;
     make_folder(disk, &new.join(ARRAY))?;
     for (path, bytes) in files {

@@ -15,7 +15,7 @@ t, y, x = numpy.meshgrid(range(FRAMES), range(ROWS), range(COLUMNS), indexing="i
 narrow = (40 * t + 7 * y + x).astype(numpy.uint8)
 wide = (100 * (40 * t + 7 * y + x)).astype(numpy.uint16)
 
-for name in ["plain.zarr", "shards.zarr", "image.zarr", "second.zarr", "several.zarr", "real.zarr"]:
+for name in ["wide.zarr", "plain.zarr", "shards.zarr", "image.zarr", "second.zarr", "several.zarr", "real.zarr"]:
     shutil.rmtree(name, ignore_errors=True)
 
 # As zarr-python writes by default: chunks packed by Zstandard.
@@ -40,6 +40,16 @@ second = zarr.create_array(
     "second.zarr", shape=wide.shape, dtype=wide.dtype, chunks=(1, 5, 7), zarr_format=2, compressors=None
 )
 second[:] = wide
+# Chunks that are larger than the array, in another order of dimensions, with a channel behind the columns.
+extended = zarr.create_array(
+    "wide.zarr",
+    shape=(*wide.shape, 1),
+    dtype=wide.dtype,
+    chunks=(2, 8, 4, 3),
+    filters=[zarr.codecs.TransposeCodec(order=(2, 0, 3, 1))],
+    fill_value=7,
+)
+extended[:2] = wide[:2, :, :, None]
 # A group of arrays of which none is the frames.
 several = zarr.create_group("several.zarr")
 several.create_array("left", data=narrow, chunks=(3, 5, 7))
