@@ -17,6 +17,7 @@ use syn::visit::{self, Visit};
 const FILES: &[&str] = &[
     "crates/data/src/storage/",
     "crates/data/src/sequence/",
+    "crates/data/src/packed/",
     "crates/devices/src/link/",
     "crates/devices/src/camera/v4l2/discover.rs",
     "crates/devices/src/camera/v4l2/kernel/",

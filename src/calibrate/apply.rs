@@ -1,38 +1,9 @@
-//! Builds the volume from raw frames, as a calibration describes.
+//! What corrects and rectifies raw frames, as a calibration describes.
 
-use super::matched::MatchedFrames;
 use super::{CALIBRATION, CalibrateError, Calibration};
 use epirig_calibration::photometry::Maps;
 use epirig_calibration::rectification::Rectifier;
-use epirig_core::progress::Progress;
-use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
-
-/// Reads all frames of `sequence` into a volume: corrected, rectified with one resampling, and with measured
-/// tau. A few frames at a time are in memory besides the volume.
-///
-/// # Errors
-/// [`CalibrateError`] naming the frame that cannot be used, or the part of the calibration that does not
-/// match.
-pub fn load_calibrated(
-    sequence: &Sequence,
-    calibration: &Calibration,
-    maps: &Maps,
-    progress: &dyn Progress,
-) -> Result<Volume, CalibrateError> {
-    let frames = MatchedFrames::of(sequence, Some((calibration, maps)))?;
-    let _span = tracing::info_span!("rectification").entered();
-    let (shape, count) = (frames.shape(), frames.records().len());
-    let mut volume = shape.of_rows(shape.rows);
-    progress.begin("rectifying frames", count as u64);
-    for first in (0..count).step_by(MatchedFrames::TOGETHER) {
-        progress.unless_cancelled()?;
-        frames.insert(&mut volume, (first, first))?;
-        progress.advance(MatchedFrames::TOGETHER.min(count - first) as u64);
-    }
-    progress.end();
-    Ok(volume)
-}
 
 /// What corrects and rectifies the frames of `sequence`, one by one.
 ///

@@ -8,6 +8,7 @@ use super::{CalibrateError, Calibration};
 use epirig_calibration::photometry::Maps;
 use epirig_calibration::rectification::Rectifier;
 use epirig_core::frame::Frame;
+use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::{Volume, VolumeShape};
 use epirig_data::sequence::{FrameRecord, Sequence};
@@ -130,4 +131,30 @@ impl<'a> MatchedFrames<'a> {
     fn fault(&self, error: CalibrateError) -> CalibrateError {
         fault_of_the_record(self.sequence, error)
     }
+}
+
+/// Reads all frames of `sequence` into a volume: corrected, rectified with one resampling, and with measured
+/// tau. A few frames at a time are in memory besides the volume.
+///
+/// # Errors
+/// [`CalibrateError`] naming the frame that cannot be used, or the part of the calibration that does not
+/// match.
+pub fn load_calibrated(
+    sequence: &Sequence,
+    calibration: &Calibration,
+    maps: &Maps,
+    progress: &dyn Progress,
+) -> Result<Volume, CalibrateError> {
+    let frames = MatchedFrames::of(sequence, Some((calibration, maps)))?;
+    let _span = tracing::info_span!("rectification").entered();
+    let (shape, count) = (frames.shape(), frames.records().len());
+    let mut volume = shape.of_rows(shape.rows);
+    progress.begin("rectifying frames", count as u64);
+    for first in (0..count).step_by(MatchedFrames::TOGETHER) {
+        progress.unless_cancelled()?;
+        frames.insert(&mut volume, (first, first))?;
+        progress.advance(MatchedFrames::TOGETHER.min(count - first) as u64);
+    }
+    progress.end();
+    Ok(volume)
 }

@@ -25,7 +25,7 @@ mod stage_axis;
 mod texture;
 mod told_twice;
 
-pub use apply::{load_calibrated, rectifier};
+pub use apply::rectifier;
 pub use error::CalibrateError;
 pub use find::{Calibrated, calibrate};
 pub use folder::{
@@ -34,7 +34,7 @@ pub use folder::{
 };
 pub use frames::frames_in_order;
 pub use inputs::InputHashes;
-pub use matched::{MatchedFrames, matched_shape};
+pub use matched::{MatchedFrames, load_calibrated, matched_shape};
 pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
 pub use record::{
     Calibration, CameraMotionRecord, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord,

@@ -1,10 +1,11 @@
 //! Height maps less a plane, by which the page levels them. Nothing of it is written.
 
 use std::ops::Deref;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::levelled_maps::Levelled;
 use super::pyramid::{Place, Pyramid, Reduction};
 use super::statistics::Statistics;
 use super::surface::{heights, region_of};
@@ -16,8 +17,6 @@ use epirig_surface::{Heights, Plane, Rectangle};
 
 /// The maps that are levelled.
 const HEIGHTS: [&str; 2] = ["height", "height-measured"];
-/// Levelled maps that are kept: both maps of two pages.
-const KEPT: usize = 4;
 
 requests! {
     /// Which levelled map is asked for.
@@ -40,7 +39,7 @@ pub(super) struct LevelledInfo {
 
 /// What the page is told of a levelled map.
 pub(super) fn levelled(view: &ResultsView, asked: &LevelledQuery) -> Result<LevelledInfo, PanelError> {
-    let found = view.levelled.get(view, &asked.map, &asked.levelled_by)?;
+    let found = levelled_map(view, &asked.map, &asked.levelled_by)?;
     let (tilt_x_mrad, tilt_y_mrad) = tilt_mrad(&found.plane);
     Ok(LevelledInfo { tilt_x_mrad, tilt_y_mrad, statistics: Statistics::of(found.pyramid.map()) })
 }
@@ -51,34 +50,14 @@ pub(super) fn tilt_mrad(plane: &Plane) -> (f64, f64) {
     (angle(plane.slopes.0), angle(plane.slopes.1))
 }
 
-/// A levelled map.
-pub(super) struct Levelled {
-    map: String,
-    by: String,
-    plane: Plane,
-    pyramid: Pyramid,
-}
-
-/// The levelled maps that were asked for last.
-#[derive(Default)]
-pub(super) struct LevelledMaps(Mutex<Vec<Arc<Levelled>>>);
-
-impl LevelledMaps {
-    fn get(&self, view: &ResultsView, map: &str, by: &str) -> Result<Arc<Levelled>, PanelError> {
-        // Whoever asks for the same meanwhile waits, and finds it.
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = kept.iter().find(|one| one.map == map && one.by == by) {
-            return Ok(Arc::clone(found));
-        }
+/// The map `map`, levelled by what the page says.
+fn levelled_map(view: &ResultsView, map: &str, by: &str) -> Result<Arc<Levelled>, PanelError> {
+    view.levelled.get(map, by, || {
         let heights = heights(view)?;
         let shown = plain(view, heights, map)?;
         let plane = LevelledBy::read(by, shown)?.plane(heights, shown)?;
-        let pyramid = Pyramid::new(plane.removed_from(heights, shown), Reduction::Mean);
-        let made = Arc::new(Levelled { map: map.to_owned(), by: by.to_owned(), plane, pyramid });
-        kept.insert(0, Arc::clone(&made));
-        kept.truncate(KEPT);
-        Ok(made)
-    }
+        Ok((plane, Pyramid::new(plane.removed_from(heights, shown), Reduction::Mean)))
+    })
 }
 
 /// Heights as they are shown.
@@ -105,7 +84,7 @@ pub(super) fn shown_heights<'a>(
     by: Option<&str>,
 ) -> Result<ShownHeights<'a>, PanelError> {
     match by {
-        Some(by) => Ok(ShownHeights::Levelled(view.levelled.get(view, map, by)?)),
+        Some(by) => Ok(ShownHeights::Levelled(levelled_map(view, map, by)?)),
         None => Ok(ShownHeights::Plain(plain(view, heights(view)?, map)?)),
     }
 }
@@ -122,7 +101,7 @@ pub(super) fn levelled_tile(
     by: &str,
     place: Place,
 ) -> Result<Vec<f32>, PanelError> {
-    view.levelled.get(view, map, by)?.pyramid.tile(place)
+    levelled_map(view, map, by)?.pyramid.tile(place)
 }
 
 fn plain<'a>(view: &'a ResultsView, heights: &'a Heights, map: &str) -> Result<&'a Grid<f32>, PanelError> {

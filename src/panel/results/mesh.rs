@@ -2,14 +2,25 @@
 
 use serde::Serialize;
 
-use super::MeshQuery;
 use super::levelled::shown_heights;
 use super::surface::heights;
 use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::panel::questions::Framed;
+use crate::panel::requests::requests;
 use epirig_core::grid::Grid;
 use epirig_core::image::reduced_known;
+
+requests! {
+    /// Heights in three dimensions, of so many points at most.
+    MeshQuery {
+        most: usize,
+        /// The map of heights.
+        map: String,
+        /// By what they are levelled, as in `LevelledQuery`.
+        levelled_by: Option<String>,
+    }
+}
 
 /// Most points that are sent.
 const MOST: usize = 1_000_000;

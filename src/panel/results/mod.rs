@@ -8,6 +8,7 @@ mod facts;
 mod files;
 mod frames;
 mod levelled;
+mod levelled_maps;
 mod line;
 mod maps;
 mod mesh;
@@ -47,20 +48,10 @@ requests! {
     }
     /// A tile of a frame.
     FrameTile { t: usize, kind: Option<FrameKind>, level: usize, row: usize, column: usize }
-    /// A pixel; its heights may be levelled, by what is told as in `LevelledQuery`.
-    Pixel { x: usize, y: usize, levelled_by: Option<String> }
     /// A row of the maps.
     Row { y: usize }
     /// A file of the results, or a picture of the calibration.
     FileName { name: String }
-    /// Heights in three dimensions, of so many points at most.
-    MeshQuery {
-        most: usize,
-        /// The map of heights.
-        map: String,
-        /// By what they are levelled, as in `LevelledQuery`.
-        levelled_by: Option<String>,
-    }
 }
 
 /// Questions about tiles, which are in memory and come in great number.

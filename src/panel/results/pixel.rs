@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use super::Pixel;
 use super::levelled::{is_levelled, shown_heights};
 use super::view::ResultsView;
 use crate::panel::PanelError;
 #[cfg(test)]
 use crate::panel::page_type_tests;
 use crate::panel::questions::Framed;
+use crate::panel::requests::requests;
 use crate::pipeline::OpenedResults;
 use crate::results::{ResultMap, reason};
 use epirig_core::choice::Choice as _;
@@ -16,6 +16,11 @@ use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 use epirig_matcher::inspect::{EpiLines, line_profile};
 use epirig_matcher::{DisparityRange, Matcher, Validity};
+
+requests! {
+    /// A pixel; its heights may be levelled, by what is told as in `LevelledQuery`.
+    Pixel { x: usize, y: usize, levelled_by: Option<String> }
+}
 
 /// Columns of the EPI that are shown beside those that the line crosses.
 const MARGIN_PX: f64 = 24.0;

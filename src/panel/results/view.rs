@@ -7,7 +7,7 @@ use tracing::{debug, warn};
 
 use super::epis::Epis;
 use super::frames::Frames;
-use super::levelled::LevelledMaps;
+use super::levelled_maps::LevelledMaps;
 use super::maps::Maps;
 use crate::calibrate::CALIBRATION;
 use crate::memory::available;
