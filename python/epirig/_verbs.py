@@ -184,19 +184,20 @@ def import_images(
     link: bool = False,
     progress: Progress | None = None,
 ) -> Sequence:
-    """Import images or a video of other software as a sequence.
+    """Import images, a video or a Zarr array of other software as a sequence.
 
     The same as ``epirig import``.
 
     Parameters
     ----------
     images
-        Folder, images, a pattern in quotes, or a video. Images are PNG, TIFF, JPEG, BMP, PGM or
-        PPM, grey or colour, 8 or 16 bit.
+        Folder, images, a pattern in quotes, a video, or a Zarr array. Images are PNG, TIFF, JPEG,
+        BMP, PGM or PPM, grey or colour, 8 or 16 bit.
     out
         Folder of the new sequence.
     every
-        Of a video, take every N-th frame only, from the first on; frames and step_mm count those.
+        Of a video or an array, take every N-th frame only, from the first on; frames and step_mm
+        count those.
     sort
         What the images are sorted by.
         - "name": File names, as people count: frame_9 before frame_10.
@@ -686,7 +687,8 @@ def measure(
     overwrite
         Replace calibration and results of a sequence that exists.
     every
-        Of a video, take every N-th frame only, from the first on; frames and step_mm count those.
+        Of a video or an array, take every N-th frame only, from the first on; frames and step_mm
+        count those.
     sort
         What the images are sorted by.
         - "name": File names, as people count: frame_9 before frame_10.
@@ -1891,6 +1893,49 @@ class SequenceVerbs:
             progress,
         )
         return Sequence(out)
+
+    def pack(
+        self,
+        *,
+        out: Place | None = None,
+        as_captured: bool = False,
+        bundle: Place | None = None,
+        with_results: bool = False,
+        anyway: bool = False,
+        progress: Progress | None = None,
+    ) -> dict[str, Any]:
+        """Pack the frames as a Zarr array, of which rows are read without the rest; or all as one file for a colleague.
+
+        The same as ``epirig pack``.
+
+        Parameters
+        ----------
+        out
+            Folder of the array. Without it: SEQ/volume.zarr.
+        as_captured
+            Pack the frames as captured, without the calibration of ``epirig calibrate``.
+        bundle
+            Write the sequence as one zip file instead; an existing file is refused.
+        with_results
+            With bundle: calibration and results, too.
+        anyway
+            Continue although the scan is not closed and the positions of its frames are wrong.
+        progress
+            Called with what is done, how many parts of it are done, and of how many.
+        """
+        record: dict[str, Any] = call(
+            "pack",
+            words(
+                (None, self.folder, REQUIRED),
+                ("--out", out, None),
+                ("--as-captured", as_captured, False),
+                ("--bundle", bundle, None),
+                ("--with-results", with_results, False),
+                ("--anyway", anyway, False),
+            ),
+            progress,
+        )
+        return record
 
     def match(
         self,
