@@ -288,7 +288,7 @@ test('a region is answered at once, whatever panel is open, and its drag asks on
   }
   expect(asked.map((address) => /surface|line/.exec(address)![0])).toEqual(['surface', 'line']);
   const panel = page.getByRole('tabpanel', { name: 'Region' });
-  await expect(panel).toContainText('Height in the region');
+  await expect(panel).toContainText('in the region');
   await expect(panel.getByRole('button', { name: 'Clear' })).toBeVisible();
 });
 
