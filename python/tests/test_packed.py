@@ -42,9 +42,12 @@ def test_the_packed_volume_gives_the_same_maps(sequence: epirig.Sequence, tmp_pa
 def test_an_array_of_other_software_is_matched(tmp_path: Path, frames: NDArray[np.uint8]) -> None:
     zarr: Any = pytest.importorskip("zarr")
     expected = epirig.match_array(frames)
-    for name, options in (("plain", {}), ("second", {"zarr_format": 2}), ("shards", {"shards": (1, 48, 96)})):
-        if name == "second":
-            options["compressors"] = None
+    layouts: dict[str, dict[str, Any]] = {
+        "plain": {},
+        "second": {"zarr_format": 2, "compressors": None},
+        "shards": {"shards": (1, 48, 96)},
+    }
+    for name, options in layouts.items():
         place = tmp_path / f"{name}.zarr"
         zarr.create_array(str(place), data=frames, chunks=(1, 16, 32), **options)
         imported = epirig.import_images([place], out=tmp_path / name)
