@@ -1,5 +1,7 @@
 //! Frames of arrays that zarr-python wrote (`tests/zarr/make.py`).
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
 use std::path::{Path, PathBuf};
 
 use epirig_core::frame::Samples;
