@@ -1378,7 +1378,7 @@ def repeat(
     no_fit: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Scan and measure one object many times, and tell how the results repeat.
+    """Scan one object many times, and tell how the results repeat.
 
     The same as ``epirig repeat``.
 
@@ -1904,7 +1904,7 @@ class SequenceVerbs:
         anyway: bool = False,
         progress: Progress | None = None,
     ) -> dict[str, Any]:
-        """Pack the frames as a Zarr array, of which rows are read without the rest; or all as one file for a colleague.
+        """Pack the frames as one Zarr array, or all as one file to send.
 
         The same as ``epirig pack``.
 

@@ -13,7 +13,7 @@ use crate::pipeline::{PACKED, Packed, pack_sequence};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::bundle;
 
-/// Pack the frames as a Zarr array, of which rows are read without the rest; or all as one file for a colleague
+/// Pack the frames as one Zarr array, or all as one file to send
 ///
 /// The frames are corrected and rectified as `epirig match` does it, and written as one array of frames x rows x
 /// columns: Zarr version 3 with the metadata of OME-NGFF, which Python, Dask and napari open. `match`, `view` and

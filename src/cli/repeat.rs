@@ -19,7 +19,7 @@ use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
 
-/// Scan and measure one object many times, and tell how the results repeat
+/// Scan one object many times, and tell how the results repeat
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig repeat 10 --out repeats                    as rig.toml says
