@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use super::failure::code;
 use super::match_arguments::MatchArguments;
-use super::need::check_match;
+use super::need::check_match_in_memory;
 use super::rig::RigArguments;
 use super::{Cli, CliError, Talk, numbers};
 use crate::pipeline::Frames;
@@ -117,7 +117,7 @@ pub fn match_options(words: impl IntoIterator<Item = OsString>) -> Result<MatchO
 /// # Errors
 /// [`Refusal`], with the text of the command line.
 pub fn refuse_large_match(frames: Frames, options: &MatchOptions) -> Result<(), Refusal> {
-    check_match(frames, options, &Talk::to_caller(Arc::new(Silent))).map_err(Refusal::from)
+    check_match_in_memory(frames, options, &Talk::to_caller(Arc::new(Silent))).map_err(Refusal::from)
 }
 
 /// All verbs with their options, for those who write them down in another language:

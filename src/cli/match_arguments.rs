@@ -69,6 +69,9 @@ pub(super) struct MatchArguments {
     /// Interpolate three costs by a parabola instead of the fit over all frames (always so for correlation)
     #[arg(long)]
     no_fit: bool,
+    /// Match this many rows in one go, at most [default: as many as take less than 1 GiB, and 256 at least]
+    #[arg(long, value_name = "ROWS")]
+    block_rows: Option<usize>,
 }
 
 impl MatchArguments {
@@ -96,6 +99,7 @@ impl MatchArguments {
             wanted_sigma_px: Some(self.wanted_sigma).filter(|sigma_px| *sigma_px != f64::INFINITY),
             max_sigma_px: self.max_sigma,
             min_confidence: self.min_confidence,
+            block_rows: self.block_rows,
         }
     }
 }

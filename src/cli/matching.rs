@@ -5,18 +5,20 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::match_arguments::MatchArguments;
-use super::need::{check_match, frames_of};
+use super::memory_limit::MemoryArgument;
+use super::need::{Held, check_match, frames_of, held};
 use super::no_answer::{cause, no_answer};
 use super::region::RegionArguments;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, Calibration, read_calibration};
-use crate::pipeline::{Measurement, PipelineError, View, measure};
+use crate::pipeline::{Measurement, PACKED, PipelineError, View, measure, pack_sequence, packed_volume};
 use crate::results::{
     ANSWER_CLASSES, MatchSummary, Region, ResultMap, ResultsFolder, ResultsKind, class_of, names,
 };
 use epirig_calibration::photometry::Maps;
 use epirig_core::choice::Choice as _;
+use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
 use epirig_matcher::{DisparityMaps, MatchError, MatchOptions, Validity};
@@ -55,6 +57,8 @@ pub(super) struct Match {
     region: RegionArguments,
     #[command(flatten)]
     anyway: AnywayArgument,
+    #[command(flatten)]
+    memory: MemoryArgument,
     #[command(flatten)]
     matching: MatchArguments,
 }
@@ -96,9 +100,10 @@ impl Match {
         let folder = ResultsFolder::create(&out, ResultsKind::Match, self.overwrite)?;
         let surface = out.join("surface");
         let drops_surface = surface.exists();
-        check_match(frames, &options, talk)?;
+        check_match(frames, &options, self.memory.limit, talk)?;
         let view = View { figure_row: self.figure_row, truth: None };
-        let measurement = match_frames(&sequence, used, (&options, &region), view, &folder, talk)?;
+        let measurement =
+            match_frames(&sequence, used, (&options, &region), (view, self.memory.limit), &folder, talk)?;
         folder.commit()?;
         if drops_surface {
             talk.say(&format!(
@@ -138,15 +143,39 @@ impl Match {
     }
 }
 
-/// Matches the frames into `folder`. Without a range of disparities the failure tells what they show of the motion.
+/// Packs frames that are more than memory should hold, unless they are packed.
+fn pack_if_large(
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
+    options: &MatchOptions,
+    limit: Option<u64>,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    let frames = frames_of(sequence, calibration);
+    if held(frames, options, limit) == Held::InMemory
+        || packed_volume(sequence, calibration, &Silent)?.is_some()
+    {
+        return Ok(());
+    }
+    let out = sequence.folder().join(PACKED);
+    talk.say(&format!(
+        "note: the frames are packed as {} first, because they are more than memory should hold; it may be removed afterwards",
+        quoted(&out)
+    ));
+    pack_sequence(sequence, calibration, &out, talk)?;
+    Ok(())
+}
+
+/// Matches the frames into `folder`, with `limit` bytes of memory or half of what is free. Without a range of disparities the failure tells what they show of the motion.
 pub(super) fn match_frames(
     sequence: &Sequence,
     calibration: Option<&(Calibration, Maps)>,
     asked: (&MatchOptions, &Region),
-    view: View<'_>,
+    (view, limit): (View<'_>, Option<u64>),
     folder: &ResultsFolder,
     talk: &Talk,
 ) -> Result<Measurement, CliError> {
+    pack_if_large(sequence, calibration, asked.0, limit, talk)?;
     let measured = measure(sequence, calibration, asked, view, folder, talk);
     if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
         let what = "no range of disparities is significant in the data";

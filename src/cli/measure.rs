@@ -132,7 +132,7 @@ fn is_sequence(folder: &Path) -> bool {
 /// Refuses options of the matcher that do not fit the frames, and frames that do not fit into memory.
 fn check_asked(frames: Frames, options: &MatchOptions, talk: &Talk) -> Result<(), CliError> {
     options.check(frames.rows, frames.columns, frames.count)?;
-    check_match(frames, options, talk)
+    check_match(frames, options, None, talk)
 }
 
 /// Calibrates and matches a sequence, measures its surface, and prints the results.
@@ -164,7 +164,7 @@ fn measure_sequence(
     let calibration = (found.calibration, found.maps);
     let used = Some(&calibration);
     let asked = (options, &Region::default());
-    let measurement = match_frames(sequence, used, asked, View::default(), &results, talk)?;
+    let measurement = match_frames(sequence, used, asked, (View::default(), None), &results, talk)?;
     results.commit()?;
     advise(&measurement, sequence, used, talk);
     let summary = &measurement.summary;

@@ -36,6 +36,7 @@ mod match_arguments;
 mod matching;
 mod measure;
 mod memory;
+mod memory_limit;
 mod motion_sentence;
 mod motion_words;
 mod need;

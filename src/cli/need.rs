@@ -3,7 +3,7 @@
 use super::{CliError, Talk};
 use crate::calibrate::Calibration;
 use crate::memory::{Available, Bound, available};
-use crate::pipeline::{Frames, frames_that_fit, match_need};
+use crate::pipeline::{Frames, frames_that_fit, match_need, packed_match_need};
 use epirig_calibration::photometry::Maps;
 use epirig_core::fault::Blame;
 use epirig_data::sequence::Sequence;
@@ -24,19 +24,67 @@ pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&(Calibration, 
     }
 }
 
-/// Refuses a match that does not fit into memory, and suggests one that does.
-pub(super) fn check_match(frames: Frames, options: &MatchOptions, talk: &Talk) -> Result<(), CliError> {
-    check("matching", match_need(frames, options), talk, |available| {
-        let quick = options.clone().quick();
-        let first_look = match_need(frames, &quick);
-        let fewer = frames_that_fit(frames, options, available.bytes).map(|count| {
+/// Where the frames of a match are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Held {
+    InMemory,
+    /// On disk as an array: they are more than memory should hold.
+    Packed,
+}
+
+/// Where the frames of a match should be, so that it takes `limit` bytes of memory, or half of what is free.
+pub(super) fn held(frames: Frames, options: &MatchOptions, limit: Option<u64>) -> Held {
+    let whole = match_need(frames, options);
+    let limit = limit.or_else(|| Some(available()?.bytes / 2)).unwrap_or(u64::MAX);
+    if whole <= limit || packed_match_need(frames, options) >= whole { Held::InMemory } else { Held::Packed }
+}
+
+/// Refuses a match that does not fit into memory, or takes more than `limit` bytes, and suggests one that fits.
+pub(super) fn check_match(
+    frames: Frames,
+    options: &MatchOptions,
+    limit: Option<u64>,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    let need = match held(frames, options, limit) {
+        Held::InMemory => match_need,
+        Held::Packed => packed_match_need,
+    };
+    if let Some(limit) = limit.filter(|&limit| need(frames, options) > limit) {
+        return Err(CliError::usage(format!(
+            "matching needs up to {} of memory at least, and --memory allows {}; give it more",
+            size(need(frames, options)),
+            size(limit)
+        )));
+    }
+    check_need(frames, options, need, talk)
+}
+
+/// The same for frames that are in memory already.
+pub(super) fn check_match_in_memory(
+    frames: Frames,
+    options: &MatchOptions,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    check_need(frames, options, match_need, talk)
+}
+
+fn check_need(
+    frames: Frames,
+    options: &MatchOptions,
+    need: impl Fn(Frames, &MatchOptions) -> u64,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    check("matching", need(frames, options), talk, |available| {
+        let first_look = need(frames, &options.clone().quick());
+        let fewer = frames_that_fit(frames, available.bytes, |frames| need(frames, options)).map(|count| {
             format!(
                 "{count} of the {} frames would fit (`epirig import --frames` takes a part)",
                 frames.count
             )
         });
         let part = match () {
-            () if first_look <= available.bytes && first_look < match_need(frames, options) => {
+            () if first_look <= available.bytes && first_look < need(frames, options) => {
                 format!("`--quick` needs {}", size(first_look))
             }
             () => fewer.unwrap_or_else(|| "no smaller part would fit".to_owned()),
@@ -90,7 +138,7 @@ pub(super) fn close_others(available: Available) -> String {
     .to_owned()
 }
 
-fn size(bytes: u64) -> String {
+pub(super) fn size(bytes: u64) -> String {
     match bytes as f64 {
         small if small < 1e9 => format!("{:.0} MB", (small / 1e6).ceil()),
         large => format!("{:.1} GB", (large / 1e8).ceil() / 10.0),

@@ -123,7 +123,7 @@ pub(super) fn resumed_scan(
         frames.count = devices.plan.positions_mm.len();
         frames.sample_bytes = if can_be_calibrated(profile) { 2 } else { frames.sample_bytes };
         options.check(frames.rows, frames.columns, frames.count)?;
-        check_match(frames, options, talk)?;
+        check_match(frames, options, None, talk)?;
     }
     let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
     let present = sequence.frames().len() + others.iter().sum::<usize>();

@@ -99,7 +99,7 @@ pub(super) fn checked_scan(
         columns: configuration.columns,
         sample_bytes: if deep { 2 } else { 1 },
     };
-    check_match(held, options, talk)?;
+    check_match(held, options, None, talk)?;
     scan(devices, out, Course::New, talk)
 }
 

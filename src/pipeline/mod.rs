@@ -6,6 +6,7 @@ mod error;
 mod geometry;
 mod halves;
 mod inspect;
+mod match_input;
 mod need;
 mod opened;
 mod packed;
@@ -30,9 +31,10 @@ use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
+use epirig_data::packed::PackedVolume;
 use epirig_data::sequence::{Sequence, load_volume};
 use epirig_matcher::inspect::EpiLines;
-use epirig_matcher::{DisparityMaps, MatchOptions, Matcher, Validity};
+use epirig_matcher::{Blocks, DisparityMaps, MatchOptions, Validity};
 use epirig_surface::{Heights, heights};
 
 pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
@@ -40,9 +42,10 @@ pub use error::PipelineError;
 pub use geometry::geometry;
 pub use halves::{half_frames, half_heights};
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
+use match_input::MatchInput;
 pub use need::{
     Frames, calibration_need, capture_need, frames_that_fit, halves_need, import_need, match_need,
-    rectification_need, surface_need,
+    packed_match_need, rectification_need, surface_need,
 };
 pub use opened::{OpenedResults, open_results};
 pub use packed::{PACKED, Packed, pack_sequence, packed_volume};
@@ -74,19 +77,31 @@ pub fn load(
     progress: &dyn Progress,
 ) -> Result<Volume, PipelineError> {
     let _span = info_span!("reading", rectified = calibration.is_some()).entered();
-    let volume = match (packed_volume(sequence, calibration, progress)?, calibration) {
-        (Some(packed), _) => {
-            progress.begin("reading the packed volume", packed.shape().tau.frames() as u64);
-            let volume = packed.rows(0..packed.shape().rows, progress)?;
-            progress.end();
-            volume
-        }
-        (None, Some((calibration, maps))) => load_calibrated(sequence, calibration, maps, progress)?,
-        (None, None) => load_volume(sequence, progress)?,
+    let volume = match packed_volume(sequence, calibration, progress)? {
+        Some(packed) => load_packed(&packed, progress)?,
+        None => load_unpacked(sequence, calibration, progress)?,
     };
     let (frames, rows, columns) = (volume.frames(), volume.rows(), volume.columns());
     info!(folder = %sequence.folder().display(), frames, rows, columns, "frames read");
     Ok(volume)
+}
+
+fn load_packed(packed: &PackedVolume, progress: &dyn Progress) -> Result<Volume, PipelineError> {
+    progress.begin("reading the packed volume", packed.shape().tau.frames() as u64);
+    let volume = packed.rows(0..packed.shape().rows, progress)?;
+    progress.end();
+    Ok(volume)
+}
+
+fn load_unpacked(
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
+    progress: &dyn Progress,
+) -> Result<Volume, PipelineError> {
+    match calibration {
+        Some((calibration, maps)) => Ok(load_calibrated(sequence, calibration, maps, progress)?),
+        None => Ok(load_volume(sequence, progress)?),
+    }
 }
 
 /// Options of the pictures.
@@ -113,32 +128,41 @@ pub fn measure(
     folder: &ResultsFolder,
     progress: &dyn Progress,
 ) -> Result<Measurement, PipelineError> {
-    let volume = load(sequence, calibration, progress)?;
-    let calibration = calibration.map(|(calibration, _)| calibration);
-    let seen = calibration.filter(|found| found.has_motion()).map(|found| found.mapping.seen(&found.poses()));
-    let shown_columns = seen.as_ref().map(shown_columns);
-    let inside = both(region.inside(volume.rows(), volume.columns()), seen);
+    let recorded = calibration.map(|(calibration, _)| calibration);
+    let mut inside = None;
+    let input = MatchInput::of(
+        sequence,
+        calibration,
+        |shape| {
+            let seen =
+                recorded.filter(|found| found.has_motion()).map(|found| found.mapping.seen(&found.poses()));
+            let blocks = Blocks::new(shape, options.clone())?;
+            let blocks = match &seen {
+                Some(seen) => blocks.showing(shown_columns(seen))?,
+                None => blocks,
+            };
+            inside = both(region.inside(shape.rows, shape.columns), seen);
+            match &inside {
+                Some(inside) => blocks.within(inside),
+                None => Ok(blocks),
+            }
+        },
+        progress,
+    )?;
+    let calibration = recorded;
     let is_shown = |y: &usize| inside.as_ref().is_none_or(|inside| inside.row(*y).contains(&true));
-    let shown: Vec<usize> = (0..volume.rows()).filter(is_shown).collect();
+    let shown: Vec<usize> = (0..input.blocks().rows()).filter(is_shown).collect();
     let middle = shown.get(shown.len() / 2).copied().unwrap_or_default();
     let y = figure_row.filter(|row| shown.contains(row)).unwrap_or(middle);
-    let frames: Vec<usize> = (0..volume.frames()).collect();
-    let epi = volume.selected(&[y], &frames, volume.tau().clone());
+    let epi = input.epi(y, progress)?;
     let begun = Instant::now();
     let span = info_span!("matching").entered();
-    let reference = options.reference_index(&volume)?;
-    let photograph = photograph::volume_frame(&volume, reference);
-    let photograph = photograph::as_far_as_seen(photograph, reference, calibration);
-    let matcher = Matcher::new(volume, options.clone())?;
-    let matcher = match shown_columns {
-        Some(columns) => matcher.showing(columns)?,
-        None => matcher,
-    };
-    let matcher = match &inside {
-        Some(inside) => matcher.within(inside)?,
-        None => matcher,
-    };
-    let maps = matcher.matched(progress)?;
+    let reference = input.blocks().reference();
+    let photograph = photograph::as_far_as_seen(input.photograph(reference)?, reference, calibration);
+    let input = input.ready();
+    let maps = input.matched(progress)?;
+    let (candidates, costs) = input.row_costs(y, &maps, progress)?;
+    drop(input);
     let seconds = begun.elapsed().as_secs_f64();
     info!(seconds, answered = maps.share(Validity::Found), reference = maps.reference, "matched");
     drop(span);
@@ -155,7 +179,6 @@ pub fn measure(
     let _span = info_span!("results").entered();
     progress.begin("writing results", 1);
     let figures = || -> Result<(), PipelineError> {
-        let (candidates, costs) = matcher.row_costs(y, &maps);
         let row = FigureRow { y, epi: &epi, candidates, costs: &costs, truth };
         paper_figures(&maps, row)?.into_par_iter().try_for_each(|figure| {
             folder.write(&format!("{}.csv", figure.name), figure.csv);

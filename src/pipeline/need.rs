@@ -14,6 +14,9 @@ const THREAD: u64 = 16 << 20;
 /// Maps and images of a match, in bytes per pixel.
 const MATCH: u64 = 172;
 const FIRST_LOOK: u64 = 132;
+/// Maps of a match of several blocks, and what writing the results takes, in bytes per pixel.
+const JOINED: u64 = 17;
+const RESULTS: u64 = 80;
 /// The same of a calibration, of a rectification, and of a surface.
 const CALIBRATION: u64 = 50;
 const RECTIFICATION: u64 = 26;
@@ -58,12 +61,38 @@ fn threads() -> u64 {
     std::thread::available_parallelism().map_or(1, |count| count.get() as u64)
 }
 
-/// Most bytes that matching `frames` takes.
+/// Most bytes that matching `frames` takes with all of them in memory.
 pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
+    match at_once(frames, options) {
+        all if all == frames => one_block(frames, options).max(results(frames)),
+        block => (one_block(block, options) + frames.bytes() + JOINED * frames.pixels()).max(results(frames)),
+    }
+}
+
+/// The same with frames that are [packed](super::pack_sequence): rows are read a block at a time.
+pub fn packed_match_need(frames: Frames, options: &MatchOptions) -> u64 {
+    match at_once(frames, options) {
+        all if all == frames => match_need(frames, options),
+        block => (one_block(block, options) + JOINED * frames.pixels()).max(results(frames)),
+    }
+}
+
+/// The rows of `frames` that are matched in one go.
+fn at_once(frames: Frames, options: &MatchOptions) -> Frames {
+    let Frames { count, rows, columns, sample_bytes } = frames;
+    Frames { rows: options.rows_at_once(rows, columns, count * sample_bytes), ..frames }
+}
+
+fn one_block(frames: Frames, options: &MatchOptions) -> u64 {
     let need = frames.with(if options.quick { FIRST_LOOK } else { MATCH });
     // Bands of costs take up to half of the size of the frames.
     let bands = if options.semi_global { (frames.bytes() / 2).max(32 << 20) } else { 0 };
     need + bands
+}
+
+/// Bytes for writing the results of a match of `frames`, which are in memory no more.
+fn results(frames: Frames) -> u64 {
+    Frames { count: 0, ..frames }.with(RESULTS)
 }
 
 /// Most bytes that a calibration takes, with the `frames` of a scan and `others`: the number of dark, flat
@@ -108,10 +137,9 @@ pub fn import_need(rows: usize, columns: usize, file_bytes: u64) -> u64 {
     Frames { count: 0, rows, columns, sample_bytes: 1 }.with(IMPORT) + file_bytes
 }
 
-/// The largest number of `frames` that can be matched in `bytes`; `None` if not even two fit.
-pub fn frames_that_fit(frames: Frames, options: &MatchOptions, bytes: u64) -> Option<usize> {
-    let fits = |count: &usize| match_need(Frames { count: *count, ..frames }, options) <= bytes;
-    (2..=frames.count).rev().find(fits)
+/// The largest number of `frames` whose `need` is no more than `bytes`; `None` if not even two fit.
+pub fn frames_that_fit(frames: Frames, bytes: u64, need: impl Fn(Frames) -> u64) -> Option<usize> {
+    (2..=frames.count).rev().find(|&count| need(Frames { count, ..frames }) <= bytes)
 }
 
 #[cfg(test)]
@@ -123,12 +151,13 @@ mod tests {
         let frames = Frames { count: 100, rows: 1000, columns: 1000, sample_bytes: 1 };
         let options = MatchOptions::default();
         let need = match_need(frames, &options);
+        let of_some = |some| match_need(some, &options);
         assert!((100_000_000 + 172_000_000..500_000_000).contains(&need), "{need}");
         assert!(match_need(frames, &options.clone().quick()) < need);
-        assert_eq!(frames_that_fit(frames, &options, need), Some(100));
-        let fewer = frames_that_fit(frames, &options, need - 50_000_000);
+        assert_eq!(frames_that_fit(frames, need, of_some), Some(100));
+        let fewer = frames_that_fit(frames, need - 50_000_000, of_some);
         assert!(fewer.is_some_and(|count| (50..60).contains(&count)), "{fewer:?}");
-        assert_eq!(frames_that_fit(frames, &options, 100_000_000), None);
+        assert_eq!(frames_that_fit(frames, 100_000_000, of_some), None);
     }
 
     #[test]

@@ -65,6 +65,16 @@ impl<T: Copy> Grid<T> {
         Self { rows: height, columns: width, values }
     }
 
+    /// Puts the rows of `part` in, the first at row `y`.
+    ///
+    /// # Panics
+    /// If they reach outside the grid, or `part` has another number of columns.
+    pub fn put_rows(&mut self, y: usize, part: &Self) {
+        assert_eq!(self.columns, part.columns);
+        let first = y * self.columns;
+        self.values[first..first + part.values.len()].copy_from_slice(&part.values);
+    }
+
     /// A grid of the same size whose values are `convert(value)`.
     pub fn map<U: Copy>(&self, convert: impl FnMut(T) -> U) -> Grid<U> {
         Grid {

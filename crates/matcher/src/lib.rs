@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod aggregation;
+mod blocks;
 mod candidates;
 mod cost;
 pub mod evaluate;
@@ -17,8 +18,10 @@ mod quick;
 mod range;
 mod search;
 mod stack;
+mod stations;
 mod validity;
 
+pub use blocks::{BlockProgress, Blocks};
 pub use candidates::DisparityRange;
 pub use cost::interpolation::Interpolation;
 pub use light_change::LightChange;
@@ -32,6 +35,7 @@ pub use options::{
 #[cfg(feature = "ndarray")]
 pub use stack::Sample;
 pub use stack::{FloatLevels, Stack, StackError};
+pub use stations::Overview;
 pub use validity::Validity;
 
 // What the functions here take and give.

@@ -1,5 +1,7 @@
 //! The result of a match: maps of disparity, sigma, cost, confidence and the kind of answer.
 
+use std::ops::Range;
+
 use super::candidates::DisparityRange;
 use super::light_change::LightChange;
 use super::locking::PixelLocking;
@@ -54,6 +56,48 @@ impl DisparityMaps {
     pub fn share(&self, validity: Validity) -> f64 {
         let count = self.validity.values().iter().filter(|&&value| value == validity).count();
         count as f64 / self.validity.values().len().max(1) as f64
+    }
+
+    /// The maps of these rows alone.
+    ///
+    /// # Panics
+    /// If a row lies outside the maps.
+    pub(super) fn of_rows(self, rows: Range<usize>) -> Self {
+        if rows == (0..self.disparity.rows()) {
+            return self;
+        }
+        let columns = 0..self.disparity.columns();
+        let cut = |map: &Grid<f32>| map.cropped(columns.clone(), rows.clone());
+        Self {
+            disparity: cut(&self.disparity),
+            sigma: cut(&self.sigma),
+            cost: cut(&self.cost),
+            confidence: cut(&self.confidence),
+            validity: self.validity.cropped(columns.clone(), rows.clone()),
+            ..self.header()
+        }
+    }
+
+    /// Puts the rows of `part` in, the first at row `y`.
+    pub(super) fn put_rows(&mut self, y: usize, part: &Self) {
+        self.disparity.put_rows(y, &part.disparity);
+        self.sigma.put_rows(y, &part.sigma);
+        self.cost.put_rows(y, &part.cost);
+        self.confidence.put_rows(y, &part.confidence);
+        self.validity.put_rows(y, &part.validity);
+    }
+
+    /// The same without pixels.
+    pub(super) fn header(&self) -> Self {
+        let none = || Grid::filled(0, 0, f32::NAN);
+        Self {
+            disparity: none(),
+            sigma: none(),
+            cost: none(),
+            confidence: none(),
+            validity: Grid::filled(0, 0, Validity::Outside),
+            ..*self
+        }
     }
 
     /// Number of neighbouring answered pixels in a row whose order in the first or the last frame, at

@@ -8,7 +8,7 @@ use super::cost::interpolation::Interpolation;
 use super::stack::StackError;
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Cancelled;
-use epirig_core::volume::Volume;
+use epirig_core::tau::Tau;
 
 epirig_core::choices! {
     /// The cost of a candidate: how badly the samples along its line agree.
@@ -172,6 +172,9 @@ pub struct MatchOptions {
     pub max_sigma_px: f64,
     /// Without the ordering constraint, a pixel whose confidence is lower has no answer; [0, 1].
     pub min_confidence: f64,
+    /// Most rows that are matched in one go, beside a rim, from 1; `None`: as many as take less than 1 GiB, and
+    /// 256 at least. See [`Blocks`](super::Blocks).
+    pub block_rows: Option<usize>,
 }
 
 impl Default for MatchOptions {
@@ -200,6 +203,7 @@ impl MatchOptions {
             wanted_sigma_px: Some(0.003),
             max_sigma_px: 3.0,
             min_confidence: 0.03,
+            block_rows: None,
         }
     }
 }
@@ -348,15 +352,15 @@ impl MatchOptions {
         Self { quick: true, ..self }
     }
 
-    /// Index of the reference frame in `volume`.
+    /// Index of the reference frame of frames at `tau`.
     ///
     /// # Errors
     /// [`MatchError::NoSuchReference`] if there is no such frame.
-    pub fn reference_index(&self, volume: &Volume) -> Result<usize, MatchError> {
-        let last = volume.frames() - 1;
+    pub fn reference_index(&self, tau: &Tau) -> Result<usize, MatchError> {
+        let last = tau.frames() - 1;
         match self.reference {
             ReferenceFrame::First => Ok(0),
-            ReferenceFrame::Middle => Ok(volume.tau().middle_frame()),
+            ReferenceFrame::Middle => Ok(tau.middle_frame()),
             ReferenceFrame::Last => Ok(last),
             ReferenceFrame::Index(index) if index <= last => Ok(index),
             ReferenceFrame::Index(index) => Err(MatchError::NoSuchReference { index, last }),
@@ -406,6 +410,9 @@ impl MatchOptions {
         }
         if !(0.0..=1.0).contains(&self.min_confidence) {
             return bad("the least confidence", self.min_confidence, "from 0 to 1");
+        }
+        if self.block_rows == Some(0) {
+            return bad("the number of rows of a block", 0.0, "at least 1");
         }
         self.range.map_or(Ok(()), |range| self.check_range(range, columns))
     }

@@ -45,6 +45,18 @@ impl VolumeShape {
 }
 
 impl Volume {
+    /// The same without samples.
+    pub fn shape(&self) -> VolumeShape {
+        VolumeShape {
+            rows: self.rows,
+            columns: self.columns,
+            bit_depth: self.bit_depth,
+            fine: self.is_fine(),
+            tau: self.tau.clone(),
+            frame_gains: self.frame_gains.clone(),
+        }
+    }
+
     /// The stored samples of frame `t`, without its gain: rows x columns. Counts in a [fine](Self::fine) volume.
     ///
     /// # Panics

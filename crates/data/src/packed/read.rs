@@ -14,7 +14,8 @@ use super::layout::{
 use crate::storage::{LARGEST_RECORD, RecordError, open_file, parse_record, read_text};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Progress;
-use epirig_core::volume::{Volume, VolumeShape};
+use epirig_core::tau::Tau;
+use epirig_core::volume::{Filling, Volume, VolumeError, VolumeShape};
 
 /// What to do about a frame that is damaged.
 const PACK_AGAIN: &str = "remove the volume, and run `epirig pack` again";
@@ -79,16 +80,41 @@ impl PackedVolume {
     /// # Panics
     /// If the rows lie outside the volume.
     pub fn rows(&self, rows: Range<usize>, progress: &dyn Progress) -> Result<Volume, PackedError> {
-        assert!(rows.start <= rows.end && rows.end <= self.shape.rows);
-        let mut volume = self.shape.of_rows(rows.len());
+        self.pieces(&[rows], progress)
+    }
+
+    /// These rows of all frames, in their order. `progress` counts the frames.
+    ///
+    /// # Errors
+    /// As [`rows`](Self::rows).
+    ///
+    /// # Panics
+    /// If a row lies outside the volume.
+    pub fn some_rows(&self, rows: &[usize], progress: &dyn Progress) -> Result<Volume, PackedError> {
+        let pieces: Vec<Range<usize>> =
+            rows.chunk_by(|y, next| next == &(y + 1)).map(|piece| piece[0]..piece[0] + piece.len()).collect();
+        self.pieces(&pieces, progress)
+    }
+
+    /// Frame `t` as the first of a volume of two, of which the other is black.
+    ///
+    /// # Errors
+    /// [`PackedError::Frame`] if it is missing or damaged.
+    pub fn one_frame(&self, t: usize) -> Result<Volume, PackedError> {
+        let tau = Tau::equidistant(2).map_err(|error| PackedError::contradiction(&self.folder, error))?;
+        let mut volume = self.shape.of_frames(tau);
+        volume.set_frame_gain(0, self.shape.frame_gains[t]);
+        put(&volume.filling(), 0, &self.frame(t, &[0..self.shape.rows])?, self.shape.fine)?;
+        Ok(volume)
+    }
+
+    /// These pieces of all frames, one below the other.
+    fn pieces(&self, pieces: &[Range<usize>], progress: &dyn Progress) -> Result<Volume, PackedError> {
+        let mut volume = self.shape.of_rows(pieces.iter().map(Range::len).sum());
         let filling = volume.filling();
         let put = |t: usize| -> Result<(), PackedError> {
             progress.unless_cancelled()?;
-            let frame = self.frame(t, rows.clone())?;
-            match self.shape.fine {
-                true => filling.insert_counts(t, &frame)?,
-                false => filling.insert(t, &frame)?,
-            }
+            put(&filling, t, &self.frame(t, pieces)?, self.shape.fine)?;
             progress.advance(1);
             Ok(())
         };
@@ -100,29 +126,37 @@ impl PackedVolume {
         }
     }
 
-    /// These rows of frame `t`, as they are stored.
-    fn frame(&self, t: usize, rows: Range<usize>) -> Result<Frame, PackedError> {
+    /// These pieces of frame `t`, one below the other, as they are stored.
+    fn frame(&self, t: usize, pieces: &[Range<usize>]) -> Result<Frame, PackedError> {
         let damaged = |reason: String| {
             let folder = self.folder.clone();
             PackedError::Frame { folder, frame: t, reason, advice: PACK_AGAIN }
         };
         let path = self.folder.join(shard_name(t));
         let mut file = open_file(&path).map_err(|error| damaged(error.to_string()))?;
-        let columns = self.shape.columns;
         let depth = self.shape.stored_bit_depth();
-        let chunks = rows.start / CHUNK_ROWS..rows.end.div_ceil(CHUNK_ROWS);
-        let data = data_of(&mut file, Shard::of(&self.shape), chunks.clone()).map_err(damaged)?;
-        let first = (rows.start - chunks.start * CHUNK_ROWS) * columns;
-        let asked = first..first + rows.len() * columns;
+        let row_bytes = self.shape.columns * if depth <= 8 { 1 } else { 2 };
+        let mut asked = Vec::new();
+        for rows in pieces {
+            assert!(rows.start <= rows.end && rows.end <= self.shape.rows);
+            let chunks = rows.start / CHUNK_ROWS..rows.end.div_ceil(CHUNK_ROWS);
+            let data = data_of(&mut file, Shard::of(&self.shape), chunks.clone()).map_err(damaged)?;
+            let first = (rows.start - chunks.start * CHUNK_ROWS) * row_bytes;
+            asked.extend_from_slice(&data[first..first + rows.len() * row_bytes]);
+        }
         let samples = match depth {
-            ..=8 => Samples::U8(data[asked].to_vec()),
-            _ => {
-                let pairs = data[2 * asked.start..2 * asked.end].chunks_exact(2);
-                Samples::U16(pairs.map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect())
-            }
+            ..=8 => Samples::U8(asked),
+            _ => Samples::U16(
+                asked.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect(),
+            ),
         };
-        Ok(Frame::new(rows.len(), columns, depth, samples)?)
+        let rows = pieces.iter().map(Range::len).sum();
+        Ok(Frame::new(rows, self.shape.columns, depth, samples)?)
     }
+}
+
+fn put(filling: &Filling<'_>, t: usize, frame: &Frame, fine: bool) -> Result<(), VolumeError> {
+    if fine { filling.insert_counts(t, frame) } else { filling.insert(t, frame) }
 }
 
 /// The data of some chunks of a shard, or what is wrong with it.

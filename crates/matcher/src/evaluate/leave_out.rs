@@ -74,7 +74,7 @@ pub fn leave_out(
     progress: &dyn Progress,
 ) -> Result<(LeaveOutReport, DisparityMaps), LeaveOutError> {
     let frames = volume.frames();
-    let reference = options.reference_index(volume)?;
+    let reference = options.reference_index(volume.tau())?;
     let left: Vec<usize> =
         (1..frames - 1).filter(|&t| every >= 2 && t % every == every - 1 && t != reference).collect();
     let kept: Vec<usize> = (0..frames).filter(|t| !left.contains(t)).collect();

@@ -68,7 +68,7 @@ pub fn split_half(
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<SplitHalfReport, SplitHalfError> {
-    let reference = options.reference_index(volume)?;
+    let reference = options.reference_index(volume.tau())?;
     let half = |parity| Half::matched(volume, reference, parity, options, progress);
     let (even, odd) = (half(0)?, half(1)?);
     let correlation = even.reference_weight * odd.reference_weight;

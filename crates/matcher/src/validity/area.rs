@@ -15,8 +15,6 @@ use epirig_core::grid::Grid;
 /// The part of the picture that is matched.
 #[derive(Debug, Clone)]
 pub(crate) struct Area {
-    /// Rows of the whole picture.
-    whole_rows: usize,
     /// The rows that are matched.
     pub(crate) rows: Range<usize>,
     /// The columns that are searched.
@@ -55,17 +53,7 @@ impl Area {
         for (y, from) in rows_matched.clone().enumerate() {
             part.row_mut(y).copy_from_slice(inside.row(from));
         }
-        Ok(Self {
-            whole_rows: rows,
-            columns: widened(used_columns, columns),
-            rows: rows_matched,
-            inside: part,
-        })
-    }
-
-    /// Rows of the whole picture.
-    pub(crate) fn whole_rows(&self) -> usize {
-        self.whole_rows
+        Ok(Self { columns: widened(used_columns, columns), rows: rows_matched, inside: part })
     }
 
     /// Takes the guesses of columns that are not searched from the fit.
@@ -87,40 +75,18 @@ impl Area {
             validity.values_mut()[index] = Validity::Outside;
         }
     }
-
-    /// Maps of the whole picture, from those of the matched rows.
-    pub(crate) fn whole(&self, maps: DisparityMaps) -> DisparityMaps {
-        let DisparityMaps { disparity, sigma, cost, confidence, validity, .. } = &maps;
-        DisparityMaps {
-            disparity: self.spread(disparity, f32::NAN),
-            sigma: self.spread(sigma, f32::NAN),
-            cost: self.spread(cost, f32::NAN),
-            confidence: self.spread(confidence, f32::NAN),
-            validity: self.spread(validity, Validity::Outside),
-            ..maps
-        }
-    }
-
-    /// A map of the whole picture, `outside` in rows that were not matched.
-    pub(crate) fn spread<T: Copy>(&self, part: &Grid<T>, outside: T) -> Grid<T> {
-        let mut whole = Grid::filled(self.whole_rows, part.columns(), outside);
-        for (y, to) in self.rows.clone().enumerate() {
-            whole.row_mut(to).copy_from_slice(part.row(y));
-        }
-        whole
-    }
 }
 
 /// How far beyond a pixel lies what influences its answer, in px: the largest disc around it, those
 /// around the pixels in that disc, as the second step starts from what they found, and the search's
 /// window around these. Half-widths of the search's window count twice, because windows may lie to
 /// one side.
-fn rim_px(options: &MatchOptions) -> usize {
+pub(crate) fn rim_px(options: &MatchOptions) -> usize {
     2 * largest_disc_px() + options.window_px
 }
 
 /// From the first to the last of some places; `None` without any.
-fn span(mut places: impl DoubleEndedIterator<Item = usize>) -> Option<Range<usize>> {
+pub(crate) fn span(mut places: impl DoubleEndedIterator<Item = usize>) -> Option<Range<usize>> {
     let first = places.next()?;
     Some(first..places.next_back().unwrap_or(first) + 1)
 }

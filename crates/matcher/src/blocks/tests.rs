@@ -1,0 +1,221 @@
+//! Blocks answer as one picture does, and joining them loses nothing.
+
+use super::*;
+use crate::matcher::Matcher;
+use crate::options::{OrderingConstraint, ReferenceFrame};
+use crate::validity::Validity;
+use epirig_core::frame::{Frame, Samples};
+use epirig_core::progress::Silent;
+use epirig_core::tau::Tau;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const FRAMES: usize = 12;
+const COLUMNS: usize = 120;
+
+/// A tilted surface with a step of half a pixel in the middle, under noise: true disparity at row `y`.
+fn disparity(rows: usize, y: usize) -> f64 {
+    3.0 + 0.4 * y as f64 / rows as f64 + if y > rows / 2 { 0.5 } else { 0.0 }
+}
+
+fn scene(rows: usize, light: f64) -> Volume {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let waves: Vec<Vec<[f64; 3]>> = (0..rows)
+        .map(|_| {
+            let wave = |_| {
+                [
+                    random.random_range(0.5..2.2),
+                    random.random_range(0.0..6.28),
+                    random.random_range(4.0..12.0),
+                ]
+            };
+            (0..8).map(wave).collect()
+        })
+        .collect();
+    let mut volume = Volume::new(rows, COLUMNS, 8, Tau::equidistant(FRAMES).unwrap());
+    for t in 0..FRAMES {
+        let share = t as f64 / (FRAMES - 1) as f64;
+        let sample = |index: usize| {
+            let (x, y) = (index % COLUMNS, index / COLUMNS);
+            let place = x as f64 - disparity(rows, y) * (share - 0.5);
+            let texture: f64 = waves[y]
+                .iter()
+                .map(|[frequency, phase, high]| high * (frequency * place + phase).sin())
+                .sum();
+            let value = (110.0 + texture) * (1.0 + light * (share - 0.5)) + random.random_range(-1.5..1.5);
+            value.clamp(0.0, 255.0).round() as u8
+        };
+        let samples = Samples::U8((0..rows * COLUMNS).map(sample).collect());
+        volume.insert(t, &Frame::new(rows, COLUMNS, 8, samples).unwrap()).unwrap();
+    }
+    volume
+}
+
+fn in_blocks(rows: usize) -> MatchOptions {
+    MatchOptions { block_rows: Some(rows), ..MatchOptions::default() }
+}
+
+/// The match of blocks whose rows are fetched one block at a time, with this order of the blocks.
+fn fetched(volume: &Volume, blocks: &Blocks, reversed: bool) -> DisparityMaps {
+    let frames: Vec<usize> = (0..volume.frames()).collect();
+    let rows = |rows: Vec<usize>| volume.selected(&rows, &frames, volume.tau().clone());
+    let overview = blocks.overview(&rows(blocks.overview_rows()), &Silent).unwrap();
+    let matched = |block: usize| {
+        blocks.matched(block, rows(blocks.needed_rows(block).collect()), Some(overview), &Silent)
+    };
+    let mut order: Vec<usize> = (0..blocks.count()).collect();
+    if reversed {
+        order.reverse();
+    }
+    let mut parts: Vec<_> = order.into_iter().map(|block| (block, matched(block))).collect();
+    parts.sort_by_key(|(block, _)| *block);
+    blocks.joined(parts.into_iter().map(|(_, part)| part)).unwrap()
+}
+
+/// Maps as bits, so that NaN equals itself.
+fn bits(maps: &DisparityMaps) -> Vec<u32> {
+    let DisparityMaps { disparity, sigma, cost, confidence, .. } = maps;
+    [disparity, sigma, cost, confidence]
+        .iter()
+        .flat_map(|map| map.values().iter().map(|value| value.to_bits()))
+        .collect()
+}
+
+#[test]
+fn blocks_cover_the_rows_once_and_need_a_rim() {
+    let tau = Tau::equidistant(100).unwrap();
+    for (rows, columns, block_rows, mask) in [
+        (3648, 5472, None, None),
+        (10_000, 10_000, None, Some(333..9_001)),
+        (900, 500, Some(128), None),
+        (900, 500, Some(1), Some(17..40)),
+        (70, 50, None, None),
+    ] {
+        let shape = VolumeShape {
+            rows,
+            columns,
+            bit_depth: 8,
+            fine: false,
+            tau: tau.clone(),
+            frame_gains: vec![1.0; 100],
+        };
+        let options = MatchOptions { block_rows, ..MatchOptions::default() };
+        let blocks = Blocks::new(&shape, options.clone()).unwrap();
+        let asked = mask.clone().unwrap_or(0..rows);
+        let blocks = match mask {
+            Some(mask) => {
+                let mut inside = Grid::filled(rows, columns, false);
+                mask.for_each(|y| inside.row_mut(y)[columns / 2] = true);
+                blocks.within(&inside).unwrap()
+            }
+            None => blocks,
+        };
+        let mut next = asked.start;
+        for block in 0..blocks.count() {
+            let (own, needed) = (blocks.answered_rows(block), blocks.needed_rows(block));
+            assert_eq!(own.start, next);
+            assert!(needed.start <= own.start.saturating_sub(rim_px(&options)), "{needed:?}");
+            assert!(needed.end >= (own.end + rim_px(&options)).min(rows), "{needed:?}");
+            assert!(block_rows.is_none_or(|most| own.len() <= most));
+            next = own.end;
+        }
+        assert_eq!(next, asked.end);
+        let sample = blocks.overview_rows();
+        assert!(sample.is_sorted() && sample.iter().all(|y| asked.contains(y)));
+    }
+}
+
+#[test]
+fn a_picture_that_fits_is_one_block() {
+    let volume = scene(60, 0.0);
+    let blocks = Blocks::new(&volume.shape(), MatchOptions::default()).unwrap();
+    assert_eq!((blocks.count(), blocks.needed_rows(0)), (1, 0..60));
+}
+
+#[test]
+fn who_matches_blocks_and_when_does_not_change_a_bit() {
+    // Steady light, light that makes the search take normalised frames, and normalised frames for the fit, too.
+    let of_method = |method| MatchOptions { block_rows: Some(50), ..MatchOptions::for_method(method) };
+    for (light, options) in [
+        (0.0, in_blocks(50)),
+        (0.5, in_blocks(50)),
+        (0.3, of_method(crate::Method::Normalised)),
+        (0.0, MatchOptions { ordering_constraint: OrderingConstraint::Off, ..in_blocks(70) }),
+        (0.0, MatchOptions { reference: ReferenceFrame::First, ..in_blocks(50).quick() }),
+    ] {
+        let volume = scene(170, light);
+        let blocks = Blocks::new(&volume.shape(), options.clone()).unwrap();
+        assert!(blocks.count() > 2);
+        let together = Matcher::new(volume.clone(), options).unwrap().matched(&Silent).unwrap();
+        for reversed in [false, true] {
+            let one_by_one = fetched(&volume, &blocks, reversed);
+            assert!(bits(&one_by_one) == bits(&together));
+            assert_eq!((one_by_one.locking, one_by_one.light), (together.locking, together.light));
+        }
+        let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert!(bits(&one_thread.install(|| fetched(&volume, &blocks, false))) == bits(&together));
+    }
+}
+
+/// Where a block ends, errors are what they are elsewhere, and the surface has no step.
+#[test]
+fn ends_of_blocks_do_not_show() {
+    let rows = 400;
+    let volume = scene(rows, 0.0);
+    let whole = Matcher::new(volume.clone(), MatchOptions::default()).unwrap().matched(&Silent).unwrap();
+    let blocks = Matcher::new(volume, in_blocks(100)).unwrap().matched(&Silent).unwrap();
+    let near = |y: usize| {
+        (y % 100).min(100 - y % 100) < 10 && (10..rows - 10).contains(&y) && y.abs_diff(rows / 2) > 10
+    };
+    let (mut in_sigma, mut counted) = (0.0, 0.0);
+    let (mut mean_step, mut steps) = (0.0, 0.0);
+    for y in (0..rows).filter(|&y| near(y)) {
+        for x in 20..COLUMNS - 20 {
+            let [one, other] = [&whole, &blocks].map(|maps| f64::from(maps.disparity.at(x, y)));
+            let sigma = f64::from(whole.sigma.at(x, y));
+            if !(one.is_nan() || other.is_nan()) {
+                in_sigma += ((one - other) / sigma).powi(2);
+                counted += 1.0;
+                mean_step += (other - disparity(rows, y)) - (one - disparity(rows, y));
+                steps += 1.0;
+            }
+        }
+    }
+    // What is estimated from a block instead of the picture changes answers by a small part of their sigma.
+    assert!(counted > 1000.0 && (in_sigma / counted).sqrt() < 0.2, "{in_sigma} of {counted}");
+    assert!((mean_step / steps as f64).abs() < 5e-4, "{mean_step} of {steps}");
+}
+
+#[test]
+fn a_mask_and_blocks_answer_what_is_inside() {
+    let volume = scene(300, 0.0);
+    let mut inside = Grid::filled(300, COLUMNS, false);
+    for y in (20..90).chain(230..260) {
+        inside.row_mut(y)[30..80].fill(true);
+    }
+    let matcher = Matcher::new(volume, in_blocks(60)).unwrap().within(&inside).unwrap();
+    let maps = matcher.matched(&Silent).unwrap();
+    for y in 0..300 {
+        for x in 0..COLUMNS {
+            let outside = maps.validity.at(x, y) == Validity::Outside;
+            assert_eq!(outside, !inside.at(x, y), "{x} {y}");
+        }
+    }
+    let found = maps.validity.values().iter().filter(|&&validity| validity == Validity::Found).count();
+    assert!(found > 4500, "{found}");
+    // Two empty blocks between are not matched.
+    assert_eq!(
+        Blocks::new(&scene(300, 0.0).shape(), in_blocks(60)).unwrap().within(&inside).unwrap().count(),
+        3
+    );
+    let equal = matcher.in_equal_discs(&maps, &Silent).unwrap();
+    assert!(!equal.disparity.at(50, 50).is_nan() && equal.disparity.at(50, 150).is_nan());
+    let (candidates, _) = matcher.row_costs(40, &maps);
+    assert!(candidates.count() > 3);
+}
+
+#[test]
+fn blocks_without_rows_are_refused() {
+    let refused = Blocks::new(&scene(20, 0.0).shape(), in_blocks(0)).unwrap_err();
+    assert!(refused.to_string().contains("at least 1"), "{refused}");
+}

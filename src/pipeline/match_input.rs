@@ -1,0 +1,126 @@
+//! The frames of a match: all in memory, or packed and read a block of rows at a time.
+
+use tracing::{info, info_span};
+
+use super::error::PipelineError;
+use super::photograph::volume_frame;
+use super::{load_packed, load_unpacked, packed_volume};
+use crate::calibrate::{Calibration, matched_shape};
+use epirig_calibration::photometry::Maps;
+use epirig_core::grid::Grid;
+use epirig_core::progress::{Progress, Uncounted};
+use epirig_core::volume::{Volume, VolumeShape};
+use epirig_data::packed::PackedVolume;
+use epirig_data::sequence::Sequence;
+use epirig_matcher::inspect::{Candidates, CostTable};
+use epirig_matcher::{BlockProgress, Blocks, DisparityMaps, MatchError, Matcher};
+
+/// The frames of a match.
+pub(super) struct MatchInput {
+    blocks: Blocks,
+    source: Source,
+}
+
+enum Source {
+    /// All frames.
+    Memory(Volume),
+    /// Rows are read when they are needed.
+    Packed(PackedVolume),
+}
+
+/// Frames that are ready to be matched.
+pub(super) enum ReadyInput {
+    Memory(Matcher),
+    Packed(PackedVolume, Blocks),
+}
+
+impl MatchInput {
+    /// The frames of `sequence`. `blocks` makes the blocks of the match of frames of a shape. Packed frames are left on
+    /// disk if there are several blocks.
+    pub(super) fn of(
+        sequence: &Sequence,
+        calibration: Option<&(Calibration, Maps)>,
+        blocks: impl FnOnce(&VolumeShape) -> Result<Blocks, MatchError>,
+        progress: &dyn Progress,
+    ) -> Result<Self, PipelineError> {
+        let _span = info_span!("reading", rectified = calibration.is_some()).entered();
+        let shape = matched_shape(sequence, calibration.map(|(calibration, _)| calibration))?;
+        let blocks = blocks(&shape)?;
+        let source = match packed_volume(sequence, calibration, progress)? {
+            Some(packed) if blocks.count() > 1 => Source::Packed(packed),
+            Some(packed) => Source::Memory(load_packed(&packed, progress)?),
+            None => Source::Memory(load_unpacked(sequence, calibration, progress)?),
+        };
+        let (frames, rows, columns) = (shape.tau.frames(), shape.rows, shape.columns);
+        let in_memory = matches!(source, Source::Memory(_));
+        info!(folder = %sequence.folder().display(), frames, rows, columns, in_memory, "frames read");
+        Ok(Self { blocks, source })
+    }
+
+    pub(super) fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    /// Row `y` of all frames, as a volume of its own.
+    pub(super) fn epi(&self, y: usize, progress: &dyn Progress) -> Result<Volume, PipelineError> {
+        match &self.source {
+            Source::Memory(volume) => {
+                let frames: Vec<usize> = (0..volume.frames()).collect();
+                Ok(volume.selected(&[y], &frames, volume.tau().clone()))
+            }
+            Source::Packed(packed) => Ok(packed.rows(y..y + 1, &Uncounted(progress))?),
+        }
+    }
+
+    /// Frame `t` in DN.
+    pub(super) fn photograph(&self, t: usize) -> Result<Grid<f32>, PipelineError> {
+        match &self.source {
+            Source::Memory(volume) => Ok(volume_frame(volume, t)),
+            Source::Packed(packed) => Ok(volume_frame(&packed.one_frame(t)?, 0)),
+        }
+    }
+
+    /// The same, ready to be matched.
+    pub(super) fn ready(self) -> ReadyInput {
+        match self.source {
+            Source::Memory(volume) => ReadyInput::Memory(Matcher::of_blocks(volume, self.blocks)),
+            Source::Packed(packed) => ReadyInput::Packed(packed, self.blocks),
+        }
+    }
+}
+
+impl ReadyInput {
+    /// The maps.
+    pub(super) fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, PipelineError> {
+        let (packed, blocks) = match self {
+            Self::Memory(matcher) => return Ok(matcher.matched(progress)?),
+            Self::Packed(packed, blocks) => (packed, blocks),
+        };
+        let overview = blocks.overview(&packed.some_rows(&blocks.overview_rows(), progress)?, progress)?;
+        let told = BlockProgress::begin(progress, blocks);
+        let of_block = |block: usize| {
+            let needed = packed.rows(blocks.needed_rows(block), &Uncounted(progress))?;
+            told.next_block();
+            Ok::<_, PipelineError>(blocks.matched(block, needed, Some(overview), &told)?)
+        };
+        let maps = blocks.joined((0..blocks.count()).map(of_block))?;
+        told.finish();
+        Ok(maps)
+    }
+
+    /// Costs of all candidates of row `y` when `maps` were found.
+    pub(super) fn row_costs(
+        &self,
+        y: usize,
+        maps: &DisparityMaps,
+        progress: &dyn Progress,
+    ) -> Result<(Candidates, CostTable), PipelineError> {
+        match self {
+            Self::Memory(matcher) => Ok(matcher.row_costs(y, maps)),
+            Self::Packed(packed, blocks) => {
+                let near = packed.rows(blocks.rows_of_costs(y), &Uncounted(progress))?;
+                Ok(blocks.row_costs(y, near, maps))
+            }
+        }
+    }
+}
