@@ -83,7 +83,7 @@ fn questions() -> Vec<Question<ResultsView>> {
         Question::get("region", |view, asked| Ok(Json(region::region(view, &asked)?))),
         Question::get("line", |view, ends| Ok(Json(line::line(view, &ends)?))),
         Question::get("line.csv", |view, ends| {
-            Ok(Reply { media_type: "text/csv; charset=utf-8", bytes: line::csv(view, &ends)? })
+            Ok(Reply::of("text/csv; charset=utf-8", line::csv(view, &ends)?))
         }),
         Question::get("trends", |_, Nothing {}| Ok(Json(surface::trends()))),
         Question::get("mesh", |view, asked| Ok(mesh::mesh(view, &asked)?)),
