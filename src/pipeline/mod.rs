@@ -35,7 +35,9 @@ use epirig_matcher::inspect::EpiLines;
 use epirig_matcher::{DisparityMaps, MatchOptions, Matcher, Validity};
 use epirig_surface::{Heights, heights};
 
-pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
+pub use compare::{
+    CompareError, CompareSummary, ComparedScans, MeasuredScan, MotionSummary, compare_scans, compared_scans,
+};
 pub use error::PipelineError;
 pub use geometry::geometry;
 pub use halves::{half_frames, half_heights};
