@@ -5,7 +5,7 @@ use std::path::Path;
 use image::RgbaImage;
 
 use crate::pipeline::PipelineError;
-use crate::report::{ValueRange, height_colour};
+use crate::report::{ValueRange, Window, height_colour};
 use crate::results::{ResultFiles, ResultMap, ResultsError};
 use epirig_core::grid::Grid;
 use epirig_core::image::{reduced_frame, reduced_known};
@@ -22,6 +22,8 @@ const MOST_PX: usize = 128;
 pub fn thumbnail(folder: &Path) -> Result<Option<RgbaImage>, PipelineError> {
     let sequence = Sequence::open(folder)?;
     if let Some((map, row)) = map_of(&sequence)? {
+        // A small object fills the picture.
+        let map = Window::around(&map).of(&map);
         let map = reduced_known(&map, step_of(map.rows(), map.columns()), 0.5);
         let range = ValueRange::of(&map, row.row().least_span);
         return Ok(Some(painted(&map, |value| height_colour(value, range))));
@@ -31,7 +33,7 @@ pub fn thumbnail(folder: &Path) -> Result<Option<RgbaImage>, PipelineError> {
     let frame = sequence.read(middle)?;
     let small = reduced_frame(&frame, step_of(frame.rows(), frame.columns()));
     // A span of one grey level keeps the noise of a dark frame dark.
-    let range = ValueRange::of(&small, f32::from(epirig_core::frame::full_scale(frame.bit_depth())) / 256.0);
+    let range = ValueRange::of(&small, f32::from(frame.full_scale()) / 256.0);
     let grey = |value: f32| {
         let share = ((value - range.low) / (range.high - range.low)).clamp(0.0, 1.0);
         [(share * 255.0).round() as u8; 3]

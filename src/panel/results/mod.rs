@@ -1,6 +1,7 @@
 //! The view of a sequence and its results.
 
 mod compare;
+mod compare_scans;
 mod course;
 mod current;
 mod epis;
@@ -29,6 +30,7 @@ use levelled::levelled_tile;
 use pyramid::Place;
 use view::ResultsView;
 
+pub(super) use compare_scans::ScansQuestion;
 pub use current::CurrentResults;
 pub(super) use current::results_questions;
 pub(super) use facts::About;
