@@ -11,9 +11,12 @@ function CompareButton() {
   const both = pair.value;
   // To compare means to open one of both, which a page that only watches cannot.
   if (onlyWatches.value) return null;
+  const [only] = chosen.value;
   const words = both
     ? `${both[0]} minus ${both[1]}`
-    : `Choose two in the table (${chosen.value.length} of 2).`;
+    : only !== undefined
+      ? `${only} is chosen; choose another one.`
+      : 'Choose two in the table.';
   return (
     <>
       <button

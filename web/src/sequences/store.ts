@@ -13,8 +13,13 @@ import { filtered, sorted, type Column, type Order } from './rows';
 export const filter = signal('');
 export const sorting = signal<Order>({ column: 'created', descending: true });
 
-/** Names of the sequences to compare: two at most. */
-export const chosen = signal<string[]>([]);
+const asked = signal<string[]>([]);
+
+/** Names of the sequences to compare, as far as they are still there: two at most. */
+export const chosen = computed(() => {
+  const there = new Set((sequences.value ?? []).map(({ name }) => name));
+  return asked.value.filter((name) => there.has(name));
+});
 
 /** The quantity of the chart. */
 export const measure = signal<TrendQuestion['measure']>('depth');
@@ -36,10 +41,10 @@ export function isComparable(entry: SequenceEntry): boolean {
 
 export function choose(name: string, on: boolean): void {
   const others = chosen.peek().filter((one) => one !== name);
-  chosen.value = on ? [...others, name] : others;
+  asked.value = on ? [...others, name] : others;
 }
 
-/** The two that are chosen and still there: the one to open, and the one to compare it with; null without two. */
+/** The two that are chosen: the one to open, and the one to compare it with; null without two. */
 export const pair = computed<[string, string] | null>(() => {
   const there = (sequences.value ?? []).filter(({ name }) => chosen.value.includes(name));
   const [one, other] = sorted(there, { column: 'created', descending: true });
