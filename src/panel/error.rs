@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::capture::CaptureError;
 use crate::memory::Bound;
-use crate::pipeline::PipelineError;
+use crate::pipeline::{CompareError, PipelineError};
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::results::{MaskError, ResultsError};
 use crate::rig::RigError;
@@ -59,6 +59,9 @@ pub enum PanelError {
     /// The rig of a sequence cannot be read.
     #[error(transparent)]
     RecordedRig(#[from] RecordedRigError),
+    /// Two scans cannot be compared.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
     /// The plan leads out of the travel.
     #[error(transparent)]
     Plan(#[from] CaptureError),
@@ -74,8 +77,10 @@ pub enum PanelError {
         source: std::io::Error,
     },
     /// There is not enough memory.
-    #[error("matching needs {:.1} GB of memory, and {:.1} GB {bound}; take fewer or smaller frames", *needed as f64 / 1e9, *available as f64 / 1e9)]
+    #[error("{work} needs {:.1} GB of memory, and {:.1} GB {bound}; take fewer or smaller frames", *needed as f64 / 1e9, *available as f64 / 1e9)]
     Memory {
+        /// What needs it.
+        work: &'static str,
         /// Bytes that are needed.
         needed: u64,
         /// Bytes that can be allocated.
@@ -102,6 +107,7 @@ impl Fault for PanelError {
             Self::Mask(error) => error.blame(),
             Self::Profile(error) => error.blame(),
             Self::RecordedRig(error) => error.blame(),
+            Self::Compare(error) => error.blame(),
             Self::Plan(error) => error.blame(),
             Self::Rig(error) => error.blame(),
             Self::Positions(_) | Self::Volume(_) | Self::Rectify(_) => Blame::Data,
@@ -132,6 +138,7 @@ impl From<PanelError> for Refusal {
             | PanelError::Profile(_)
             | PanelError::Rig(_)
             | PanelError::Plan(_)
+            | PanelError::Compare(_)
             | PanelError::Mask(_)
             | PanelError::Pipeline(PipelineError::Surface(_)) => RefusalKind::Wrong,
             _ => RefusalKind::Failed,

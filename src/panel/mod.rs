@@ -15,6 +15,7 @@ mod requests;
 mod results;
 mod rig;
 mod scan;
+mod sequences;
 mod shared;
 mod site;
 mod state;

@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use super::error::PanelError;
 use super::results::CurrentResults;
 use super::rig::start;
+use super::sequences::{Pictures, name_of};
 use super::shared::{PanelOptions, SharedState};
 
 /// The panel of a rig: it owns stage and camera until it is [closed](PanelCloser).
@@ -14,6 +15,8 @@ pub struct Panel {
     pub(super) shared: Arc<SharedState>,
     /// The sequence that the results view shows.
     results: RwLock<Option<Arc<CurrentResults>>>,
+    /// The pictures that the list of the sequences has named.
+    pub(super) pictures: Pictures,
 }
 
 /// Ends a panel.
@@ -60,7 +63,7 @@ impl Panel {
         let shared = Arc::new(SharedState::new(options));
         let threads = start(&shared).map_err(PanelError::Threads)?;
         Ok((
-            Self { shared: Arc::clone(&shared), results: RwLock::default() },
+            Self { shared: Arc::clone(&shared), results: RwLock::default(), pictures: Pictures::default() },
             PanelCloser { shared, threads },
         ))
     }
@@ -74,6 +77,12 @@ impl Panel {
         view.read_ahead();
         *self.results.write().unwrap_or_else(PoisonError::into_inner) = Some(view);
         Ok(())
+    }
+
+    /// The sequence that the results view shows, as the list of the sequences names it.
+    pub(super) fn shown(&self) -> Option<String> {
+        let results = self.results().ok()?;
+        Some(name_of(&self.shared.folder, results.folder()).unwrap_or_else(|| results.name()))
     }
 
     /// What the results view shows.

@@ -14,17 +14,19 @@ use super::requests::{
     Arranged, ControlValue, Examination, JogButton, JogId, Length, LiveMapQuery, Nothing, ProfileValues,
     SavedValues, SequenceName, Signature, Switched, View,
 };
-use super::results::{About, results_questions};
+use super::results::{About, ScansQuestion, results_questions};
 use super::rig::{Controls, ProfileMistake, change_profile, controls, profile_form, save_profile};
-use super::scan::{
-    begin_measurement, folder_of, has_target, live_map, plan, sequences, shows_board, why_no_name,
-};
+use super::scan::{begin_measurement, has_target, live_map, plan, shows_board, why_no_name};
+use super::sequences::{PictureName, folder_of, sequences, trend};
 use super::shared::{Order, OrderReply, PictureFeed, StateFeed};
 use super::site::Panel;
 use super::state::TaskKind;
 use epirig_data::sequence::Sequence;
 use epirig_devices::camera::SimView;
 use epirig_server::{Feed, PostRules, Query, Refusal, RefusalKind, Reply, Site};
+
+/// Bytes of the largest list of names: ten thousand of a hundred letters.
+const LARGEST_LIST: usize = 1 << 20;
 
 /// The table.
 pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
@@ -41,7 +43,23 @@ pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
             let map = map.ok_or_else(|| PanelError::NotThere("there is no live map yet".to_owned()))?;
             Ok(live_map(&map, kind.as_deref().unwrap_or("disparity"))?)
         }),
-        Question::get("sequences", |panel: &Panel, Nothing {}| Ok(Json(sequences(&panel.shared)))),
+        Question::get("sequences", |panel: &Panel, Nothing {}| {
+            Ok(Json(sequences(&panel.shared.folder, &panel.pictures)?))
+        }),
+        Question::get("sequences/{picture}", |panel: &Panel, PictureName { picture }| {
+            Ok(panel.pictures.picture(&picture)?)
+        }),
+        // They change nothing, and name sequences, which an address cannot.
+        Question::post("sequences/trend", |panel: &Panel, asked| {
+            Ok(Json(trend(&panel.shared.folder, asked)?))
+        })
+        .open()
+        .up_to(LARGEST_LIST),
+        Question::post("sequences/compare", |panel: &Panel, ScansQuestion { of, sequence }| {
+            let folder = folder_of(&panel.shared.folder, &sequence)?;
+            panel.results()?.compared_with(of.as_deref(), &folder)
+        })
+        .open(),
         // Whoever has the token may do these; and stopping, whatever it says, is nobody's privilege.
         Question::new(Method::Post, "rig/hello", |_, _| ().reply()),
         Question::new(Method::Post, "rig/stop", |panel: &Panel, _| {
@@ -58,7 +76,7 @@ pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
             Ok(Json(change_profile(&panel.shared, &values).err().unwrap_or_default()))
         }),
         Question::post("results/open", |panel: &Panel, SequenceName { name }| {
-            panel.show_results(&folder_of(&panel.shared, &name)?)?;
+            panel.show_results(&folder_of(&panel.shared.folder, &name)?)?;
             Ok(())
         }),
         // All others are for the page that has control.
@@ -108,7 +126,7 @@ pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
             scan(panel, name, false)
         }),
         order("scan/resume", |panel, SequenceName { name }| {
-            Sequence::open(&folder_of(&panel.shared, &name)?).map_err(PanelError::from)?;
+            Sequence::open(&folder_of(&panel.shared.folder, &name)?).map_err(PanelError::from)?;
             scan(panel, name, true)
         }),
         order("scan/pause", |panel, Nothing {}| {
@@ -120,7 +138,7 @@ pub(super) static QUESTIONS: LazyLock<Questions<Panel>> = LazyLock::new(|| {
             Ok(())
         }),
         order("scan/measure", |panel, SequenceName { name }| {
-            begin_measurement(&panel.shared, &name, folder_of(&panel.shared, &name)?)?;
+            begin_measurement(&panel.shared, &name, folder_of(&panel.shared.folder, &name)?)?;
             Ok(())
         }),
     ];
@@ -177,9 +195,8 @@ pub(super) struct Saved {
 }
 
 fn about(panel: &Panel) -> About {
-    let results = panel.results().ok();
-    let sequence = results.as_ref().map(|results| results.name());
-    About::of("ui", true, sequence, results.and_then(|results| results.id().ok()))
+    let results = panel.results().ok().and_then(|results| results.id().ok());
+    About::of("ui", true, panel.shown(), results)
 }
 
 impl Panel {

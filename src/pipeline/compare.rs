@@ -140,17 +140,26 @@ pub struct MotionSummary {
     pub parts: usize,
 }
 
-/// Registers `second` to `first`, compares their heights in `region` of the first, and writes all into `folder`, which
-/// the caller commits.
+/// Two scans of one object, compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComparedScans {
+    /// The heights of the second less those of the first, at the pixels of the first.
+    pub found: Comparison,
+    /// How the picture moved.
+    pub motion: MotionSummary,
+    /// The reference frame of the first.
+    photograph: Grid<f32>,
+}
+
+/// Registers `second` to `first`, and compares their heights in `region` of the first.
 ///
 /// # Errors
 /// [`CompareError`].
-pub fn compare_scans(
+pub fn compared_scans(
     [first, second]: [MeasuredScan<'_>; 2],
     trend: TrendKind,
     region: &Region,
-    folder: &ResultsFolder,
-) -> Result<CompareSummary, CompareError> {
+) -> Result<ComparedScans, CompareError> {
     let size = |heights: &Heights| (heights.height_mm.rows(), heights.height_mm.columns());
     let (rows, columns) = size(first.heights);
     if size(second.heights) != (rows, columns) {
@@ -169,6 +178,22 @@ pub fn compare_scans(
     });
     let heights = [first.heights, second.heights];
     let found = compare(heights, registration, trend, inside.as_ref(), margins_px)?;
+    let motion = summarised(&motion, (rows, columns), first.heights.pixel_mm());
+    Ok(ComparedScans { found, motion, photograph })
+}
+
+/// Compares two scans as [`compared_scans`], and writes all into `folder`, which the caller commits.
+///
+/// # Errors
+/// [`CompareError`].
+pub fn compare_scans(
+    scans: [MeasuredScan<'_>; 2],
+    trend: TrendKind,
+    region: &Region,
+    folder: &ResultsFolder,
+) -> Result<CompareSummary, CompareError> {
+    let ComparedScans { found, motion, photograph } = compared_scans(scans, trend, region)?;
+    let [first, second] = scans;
     let millimetres = Millimetres::of(first.heights);
     let Millimetres { pixel_mm, origin_px } = millimetres;
     let summary = CompareSummary {
@@ -178,13 +203,13 @@ pub fn compare_scans(
         second_uid: second.sequence.record().uid.clone(),
         first_matched_blake3: first.opened.files.record_hash().to_owned(),
         second_matched_blake3: second.opened.files.record_hash().to_owned(),
-        motion: summarised(&motion, (rows, columns), pixel_mm),
+        motion,
         trend,
         offset_mm: found.trend.coefficients.first().copied().unwrap_or(0.0),
         tilt_deg: found.trend.tilt_deg(),
         pixel_mm,
         origin_px,
-        scale_sigma: heights.map(|heights| heights.geometry.scale),
+        scale_sigma: scans.map(|scan| scan.heights.geometry.scale),
         region: region.rectangle,
         mask: region.mask.as_ref().map(|mask| mask.facts.clone()),
         difference: found.statistics,

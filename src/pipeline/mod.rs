@@ -37,7 +37,9 @@ use epirig_matcher::inspect::EpiLines;
 use epirig_matcher::{Blocks, DisparityMaps, MatchOptions, Validity};
 use epirig_surface::{Heights, heights};
 
-pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
+pub use compare::{
+    CompareError, CompareSummary, ComparedScans, MeasuredScan, MotionSummary, compare_scans, compared_scans,
+};
 pub use error::PipelineError;
 pub use geometry::geometry;
 pub use halves::{half_frames, half_heights};

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::calibrate::has_calibration;
 use crate::results::{ResultsError, ResultsKind, SurfaceFacts, read_surface_facts, record_hash};
 use epirig_core::fault::Fault as _;
-use epirig_data::sequence::Sequence;
+use epirig_data::sequence::{ExitStatus, Origin, Sequence};
 use epirig_surface::conformity::Verdict;
 
 epirig_core::choices! {
@@ -47,6 +47,11 @@ pub struct SeriesEntry {
     pub half_width_95_mm: Option<f64>,
     /// The verdict about the surface; `None` without limits.
     pub verdict: Option<Verdict>,
+    /// Whether the scan has ended early and can be continued.
+    pub can_be_resumed: bool,
+    /// Hash of the record of its results, which tells them from others; `None` if it has none.
+    #[serde(skip)]
+    pub matched_blake3: Option<String>,
     /// Why something is not told, or must not be trusted: in words, with what to do.
     pub problem: Option<String>,
 }
@@ -64,6 +69,8 @@ impl SeriesEntry {
             depth_mm: None,
             half_width_95_mm: None,
             verdict: None,
+            can_be_resumed: false,
+            matched_blake3: None,
             problem: None,
         };
         let sequence = match Sequence::open(folder) {
@@ -71,11 +78,15 @@ impl SeriesEntry {
             Err(error) => return Self { problem: Some(error.message()), ..unknown },
         };
         let record = sequence.record();
+        let was_captured = matches!(record.origin, Origin::Captured { .. });
+        let has_ended = sequence.stop().map(|stop| stop.exit_status);
         let known = Self {
             created: record.created.clone(),
             ended: sequence.ended(),
             frames: sequence.frames().len(),
             planned: record.frames,
+            can_be_resumed: was_captured
+                && !matches!(has_ended, Some(ExitStatus::Complete | ExitStatus::NotClosed)),
             ..unknown
         };
         let results = folder.join("results");
@@ -86,7 +97,8 @@ impl SeriesEntry {
         let Ok(matched_blake3) = record_hash(&results, ResultsKind::Match) else {
             return Self { state: scanned, ..known };
         };
-        let matched = Self { state: SequenceState::Matched, ..known };
+        let matched =
+            Self { state: SequenceState::Matched, matched_blake3: Some(matched_blake3.clone()), ..known };
         match read_surface_facts(&results.join("surface")) {
             Ok(facts) => matched.with_surface(&facts, (&record.uid, &matched_blake3)),
             Err(error) if error.is_missing() => matched,

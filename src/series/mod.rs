@@ -6,6 +6,7 @@ mod entry;
 mod listing;
 mod measure;
 mod standard;
+mod thumbnail;
 mod trend;
 mod trend_picture;
 
@@ -15,4 +16,5 @@ pub use entry::{SequenceState, SeriesEntry};
 pub use listing::{Series, SortKey};
 pub use measure::Measure;
 pub use standard::{NoStandard, Standard};
+pub use thumbnail::thumbnail;
 pub use trend::{Trend, TrendValue, Trends};

@@ -11,7 +11,7 @@ use epirig_data::formats::MapFormat;
 use epirig_simulator::{Scene, Simulator, SimulatorConfig};
 
 /// Takes, imports and matches a scan as `name`.
-fn scanned(folder: &Path, name: &str, config: &SimulatorConfig, seed: u64) {
+pub(crate) fn scanned(folder: &Path, name: &str, config: &SimulatorConfig, seed: u64) {
     let mut config = config.clone();
     config.sensor.read_noise_dn = 1.0;
     config.sensor.seed = seed;
@@ -30,7 +30,7 @@ fn scanned(folder: &Path, name: &str, config: &SimulatorConfig, seed: u64) {
 }
 
 /// A tile of 93 x 93 px with one hollow of 17 px in its middle.
-fn tile(depth_mm: f64, shift_px: (f64, f64)) -> SimulatorConfig {
+pub(crate) fn tile(depth_mm: f64, shift_px: (f64, f64)) -> SimulatorConfig {
     let mut config = SimulatorConfig::tile(200, 31);
     config.scene = Scene::Tile {
         distance_mm: 900.0,

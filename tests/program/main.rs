@@ -32,6 +32,7 @@ mod packed;
 #[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
 mod painted;
 mod panel;
+mod panel_sequences;
 mod pixel_locking;
 #[path = "../../crates/matcher/tests/promises/promises.rs"]
 mod promises;

@@ -24,13 +24,13 @@ frames = 9
 ";
 
 /// The panel of a small simulated rig, closed at the end.
-struct Rig {
-    panel: Panel,
+pub(crate) struct Rig {
+    pub(crate) panel: Panel,
     closer: Option<PanelCloser>,
 }
 
 impl Rig {
-    fn new(folder: &Path) -> Self {
+    pub(crate) fn new(folder: &Path) -> Self {
         let (panel, closer) = Panel::open(PanelOptions {
             draft: Draft::read(PROFILE, "rig.toml", &[]).unwrap(),
             source: "rig.toml".to_owned(),
@@ -67,7 +67,7 @@ impl Rig {
         self.until("it rests", |state| (state["task"].is_null() && state["stopping"] == false).then_some(()));
     }
 
-    fn post(&self, path: &str, mut asked: Value) -> Result<Reply, Refusal> {
+    pub(crate) fn post(&self, path: &str, mut asked: Value) -> Result<Reply, Refusal> {
         asked["client"] = json!("page");
         self.panel.post(&path.split('/').collect::<Vec<_>>(), &asked)
     }
@@ -79,7 +79,7 @@ impl Drop for Rig {
     }
 }
 
-fn parsed(reply: &Reply) -> Value {
+pub(crate) fn parsed(reply: &Reply) -> Value {
     serde_json::from_slice(&reply.bytes).unwrap()
 }
 

@@ -20,7 +20,7 @@ fn read(path: &Path) -> Value {
 }
 
 /// What `edit` makes of a record of the sequence `from`, in the sequence `to`.
-fn copied(from: &Path, to: &Path, file: &str, edit: impl FnOnce(&mut Value)) {
+pub(crate) fn copied(from: &Path, to: &Path, file: &str, edit: impl FnOnce(&mut Value)) {
     let mut record = read(&from.join(file));
     edit(&mut record);
     let path = to.join(file);

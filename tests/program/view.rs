@@ -24,7 +24,7 @@ const COLUMNS: usize = 128;
 const ROWS: usize = 64;
 
 /// A match of a small plane, with heights.
-fn matched(folder: &Path) {
+pub(crate) fn matched(folder: &Path) {
     fs::create_dir(folder.join("photos")).unwrap();
     let simulator = Simulator::new(SimulatorConfig::textured_plane(COLUMNS, ROWS, 9)).unwrap();
     for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {

@@ -14,7 +14,6 @@ import { inSolid } from './map/field';
 import { MapCanvas } from './map/MapCanvas';
 import { Panels } from './panels/Panels';
 import { ProfilePanel } from './panels/ProfilePanel';
-import { SequenceList } from './rig/SequenceList';
 import { about, loadError, results } from './store/results';
 import { view } from './store/route';
 
@@ -47,7 +46,7 @@ type Views = typeof import('./views');
 /** The views of a rig, once they are loaded. If the server is gone meanwhile, the banner says so. */
 const views = signal<Views | null>(null);
 
-function OfRig({ name }: { name: 'RigView' | 'ScanView' }) {
+function OfRig({ name }: { name: 'RigView' | 'ScanView' | 'SequencesView' }) {
   useEffect(() => {
     import('./views').then(
       (loaded) => (views.value = loaded),
@@ -61,9 +60,11 @@ function OfRig({ name }: { name: 'RigView' | 'ScanView' }) {
 function Shown() {
   if (view.value === 'rig') return <OfRig name="RigView" />;
   if (view.value === 'scan') return <OfRig name="ScanView" />;
+  if (view.value === 'sequences') return <OfRig name="SequencesView" />;
   if (results.value) return <ResultsView />;
   const { mode, sequence } = about.value ?? {};
-  return mode === 'ui' && sequence === null ? <SequenceList /> : <Connecting />;
+  // Which one to look at, while none is open.
+  return mode === 'ui' && sequence === null ? <OfRig name="SequencesView" /> : <Connecting />;
 }
 
 export function App() {

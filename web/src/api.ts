@@ -50,7 +50,7 @@ async function request(path: string, options: RequestInit = {}): Promise<Respons
   if (token()) headers.set('x-epirig-token', token());
   let reply: Response;
   try {
-    reply = await fetch(path, { ...options, headers, cache: 'no-store' });
+    reply = await fetch(path, { cache: 'no-store', ...options, headers });
   } catch (error) {
     if (error instanceof DOMException && error.name === 'AbortError') throw error;
     contactFailed();
@@ -71,12 +71,16 @@ async function json<T>(path: string, options?: RequestInit): Promise<T> {
 export const get = <T>(path: string): Promise<T> => json<T>(path);
 
 export const post = <T>(path: string, asked: object, signal?: AbortSignal): Promise<T> =>
-  json<T>(path, {
+  json<T>(path, posted(asked, signal));
+
+function posted(asked: object, signal?: AbortSignal): RequestInit {
+  return {
     method: 'POST',
     headers: { 'content-type': 'application/json' },
     body: JSON.stringify(asked),
     signal: signal ?? null,
-  });
+  };
+}
 
 /** Takes a framed reply apart; see API "framed arrays". */
 export function unframe<T>(buffer: ArrayBuffer): Framed<T> {
@@ -89,8 +93,8 @@ export async function framed<T>(path: string, options?: RequestInit): Promise<Fr
   return unframe<T>(await (await request(path, options)).arrayBuffer());
 }
 
-async function blob(path: string): Promise<Blob> {
-  return (await request(path)).blob();
+export async function blob(path: string, options?: RequestInit): Promise<Blob> {
+  return (await request(path, options)).blob();
 }
 
 /** The results that the page shows: the server refuses questions about others, see `Outdated`. */
@@ -148,6 +152,9 @@ export const api = {
   mesh: (asked: MeshQuery) => framed<MeshInfo>(of(`api/mesh?${query({ ...asked })}`)),
   compare: (other: string, map: string) =>
     framed<CompareInfo>(of(`api/compare?${query({ with: other, map })}`)),
+  /** The heights on the page less those of another sequence. */
+  compareSequence: (sequence: string) =>
+    framed<CompareInfo>('api/sequences/compare', posted({ sequence, of: shownResults })),
   surface: (asked: SurfaceQuestion, signal: AbortSignal) =>
     post<SurfaceSummary>('api/surface', { ...asked, of: shownResults }, signal),
   /** One tile of 256 x 256 values; `path` is that of its map or frame. */

@@ -37,13 +37,17 @@ followSelection();
 followTitle();
 
 // What is compared follows the address; the map that is compared is the height, or else the disparity.
-let compared: string | null = null;
+let compared = '';
 effect(() => {
-  const { compare } = selection.value;
-  const maps = results.value?.maps;
-  if (!maps || compare === compared) return;
-  compared = compare;
-  void compareWith(compare, maps.some(({ id }) => id === 'height') ? 'height' : 'disparity');
+  const { compare, compareSequence: sequence } = selection.value;
+  const held = results.value;
+  if (!held) return;
+  const other = sequence !== null ? { sequence } : compare !== null ? { results: compare } : null;
+  // Of other results the same one has another difference.
+  const asked = other && JSON.stringify([held.id, other]);
+  if ((asked ?? '') === compared) return;
+  compared = asked ?? '';
+  void compareWith(other, held.maps.some(({ id }) => id === 'height') ? 'height' : 'disparity');
 });
 
 // `epirig view` has no rig: nothing to follow, nothing to stop.

@@ -128,7 +128,11 @@ export type Combined = { sigma_mm: number, degrees_of_freedom: number, coverage_
 /**
  * How the differences are spread.
  */
-export type CompareInfo = { rows: number, columns: number, step: number, unit: string, count: number, mean: number | null, median: number | null, standard_deviation: number | null, in_sigma: InSigma, };
+export type CompareInfo = { rows: number, columns: number, step: number, unit: string, count: number, mean: number | null, median: number | null, standard_deviation: number | null, in_sigma: InSigma, 
+/**
+ * How another scan lay; `None` for other results of the same frames.
+ */
+scan: OtherScan | null, };
 
 /**
  * What is to be compared.
@@ -756,6 +760,19 @@ distance_mm: number | null,
 seconds: number, };
 
 /**
+ * A change of the mean.
+ */
+export type MeanChange = { 
+/**
+ * Number of the first value after it, from 0.
+ */
+first: number, 
+/**
+ * Its earliest and latest place, with 95 % coverage.
+ */
+earliest: number, latest: number, before: number, after: number, };
+
+/**
  * What stands before the heights.
  */
 export type MeshInfo = { rows: number, columns: number, step: number, pixel_mm: number, low_mm: number, high_mm: number, distance_mm: number, };
@@ -794,6 +811,15 @@ export type Neighbour = { column: number, row: number, disparity_px: number, agr
 export type Nothing = Record<symbol, never>;
 
 /**
+ * A quantity that can be followed.
+ */
+export type Offered = { measure: 'depth' | 'bow' | 'wall-width' | 'noise' | 'answered' | 'distance' | 'brightness' | 'flicker' | 'mapping' | 'blur' | 'stage-error' | 'roll' | 'pan', 
+/**
+ * What it is, in a sentence.
+ */
+meaning: string, };
+
+/**
  * The value of one pixel.
  */
 export type OneValue = { 
@@ -810,12 +836,30 @@ sigma: number | null,
  */
 reason: string | null, };
 
+/**
+ * How the object lay in the other scan.
+ */
+export type OtherScan = { 
+/**
+ * How far the middle of its picture lies to the right and down.
+ */
+shift_px: [number, number], turn_deg: number, 
+/**
+ * Connected places where the difference exceeds three sigma.
+ */
+places: number, };
+
 export type Part = { centre_x_px: number, centre_y_px: number, area_px: number, area_mm2: number, used_px: number, depth: Depth, };
 
 /**
  * What is sent before the values.
  */
 export type PictureHead = { number: number, x: number, y: number, bin: number, rows: number, columns: number, frame_rows: number, frame_columns: number, age_ms: number, };
+
+/**
+ * A picture, as the list of the sequences names it.
+ */
+export type PictureName = { picture: string, };
 
 /**
  * What a page wishes to see.
@@ -1133,15 +1177,48 @@ course: Array<[number, number]>,
  */
 measured: boolean, };
 
-export type SequenceEntry = { name: string, created: string, frames: number, planned: number, ended: string, can_be_resumed: boolean, measured: boolean, 
 /**
- * The depth that `epirig surface` found, with its 95 % interval, in ASCII.
+ * What is to be compared with the results on the page.
  */
-depth: string | null, 
+export type ScansQuestion = { 
+/**
+ * Name of the other sequence in the list.
+ */
+sequence: string, };
+
+export type SequenceEntry = { 
+/**
+ * Its folder, as seen from that of the panel.
+ */
+name: string, 
+/**
+ * When it was begun, as in RFC 3339; empty if that cannot be read.
+ */
+created: string, 
+/**
+ * How far the work has come.
+ */
+state: 'unreadable' | 'scan' | 'calibrated' | 'matched' | 'measured', ended: string, frames: number, planned: number, can_be_resumed: boolean, 
+/**
+ * Depth of the hollows, or height of the raised parts; `None` if it was not measured.
+ */
+depth_mm: number | null, 
+/**
+ * Half the width of its interval of 95 % coverage; `None` if that is not known.
+ */
+half_width_95_mm: number | null, 
 /**
  * The verdict about the surface; `None` without limits.
  */
-verdict: 'pass' | 'fail' | 'undecided' | null, };
+verdict: 'pass' | 'fail' | 'undecided' | null, 
+/**
+ * Why something is not told, or must not be trusted.
+ */
+problem: string | null, 
+/**
+ * Name of its picture: another one when the picture is another one. `None` if there is nothing to show.
+ */
+picture: string | null, };
 
 export type SequenceInfo = { name: string, uid: string, created: string, frames: number, rows: number, columns: number, bit_depth: number, ended: string, end_in_words: string | null, origin: string, };
 
@@ -1149,6 +1226,70 @@ export type SequenceInfo = { name: string, uid: string, created: string, frames:
  * A sequence in the folder of the panel.
  */
 export type SequenceName = { name: string, };
+
+/**
+ * A control chart of single values.
+ */
+export type SeriesChart = { measure: 'depth' | 'bow' | 'wall-width' | 'noise' | 'answered' | 'distance' | 'brightness' | 'flicker' | 'mapping' | 'blur' | 'stage-error' | 'roll' | 'pan', 
+/**
+ * Its unit; empty for a share.
+ */
+unit: string, 
+/**
+ * The values, in the order in which the sequences were begun.
+ */
+points: Array<SeriesPoint>, mean: number, 
+/**
+ * Limits of control: three times the scatter beside the mean.
+ */
+lower: number, upper: number, 
+/**
+ * Standard deviation of a value, by the differences of neighbours.
+ */
+scatter: number, 
+/**
+ * Where the mean has changed; `None` if that may be chance.
+ */
+change: MeanChange | null, 
+/**
+ * Limits by which the newest surface was judged.
+ */
+lower_limit: number | null, upper_limit: number | null, };
+
+export type SeriesPoint = { 
+/**
+ * Name of the sequence.
+ */
+sequence: string, 
+/**
+ * When it was begun, as in RFC 3339.
+ */
+begun: string, value: number, 
+/**
+ * Its standard uncertainty; `None` if that is not known.
+ */
+sigma: number | null, 
+/**
+ * The rules of a steady process that it breaks, in words.
+ */
+rules: Array<string>, };
+
+/**
+ * What of the sequences can be followed, and one of it.
+ */
+export type SeriesTrend = { 
+/**
+ * The quantities that two or more of the sequences have.
+ */
+offered: Array<Offered>, 
+/**
+ * The chart of the quantity that was asked for; `None` if it is not offered.
+ */
+chart: SeriesChart | null, 
+/**
+ * What could not be read, and of which sequence.
+ */
+problems: Array<string>, };
 
 /**
  * What all orders say: which page they come from.
@@ -1434,6 +1575,15 @@ stops: boolean, };
 export type TaskKind = "connecting" | "homing" | "moving" | "jogging" | "doctor" | "scan" | "measuring";
 
 export type Trend = { name: string, title: string, };
+
+/**
+ * Which quantity is asked for, and of which sequences.
+ */
+export type TrendQuestion = { measure: 'depth' | 'bow' | 'wall-width' | 'noise' | 'answered' | 'distance' | 'brightness' | 'flicker' | 'mapping' | 'blur' | 'stage-error' | 'roll' | 'pan', 
+/**
+ * Names in the list of the sequences.
+ */
+sequences: Array<string>, };
 
 /**
  * A pixel of a map, or of a frame.

@@ -57,7 +57,10 @@ pub(super) fn router<S: Site>(guard: Guard, site: S, longest: Duration, feeds: F
         .layer(header(header::CONTENT_SECURITY_POLICY, POLICY))
         .layer(header(header::X_CONTENT_TYPE_OPTIONS, "nosniff"))
         .layer(header(header::REFERRER_POLICY, "no-referrer"))
-        .layer(header(header::CACHE_CONTROL, "no-store"))
+        .layer(SetResponseHeaderLayer::if_not_present(
+            header::CACHE_CONTROL,
+            HeaderValue::from_static("no-store"),
+        ))
 }
 
 /// The text before a path of data.
@@ -75,9 +78,7 @@ async fn answer<S: Site>(
         Some(Extension(upgrade)) if method == Method::GET && handshake::is_asked(&headers) => {
             open_feed(&shared, uri.path(), &headers, upgrade).await
         }
-        _ => find(&shared, &method, &uri, &headers, body)
-            .await
-            .map(|reply| respond(StatusCode::OK, reply.media_type, reply.bytes)),
+        _ => find(&shared, &method, &uri, &headers, body).await.map(found),
     };
     answered.unwrap_or_else(|refusal| {
         debug!(%method, path = uri.path(), reason = refusal.message, "refused");
@@ -97,7 +98,7 @@ async fn find<S: Site>(
     let path = uri.path().to_owned();
     let Some(data) = path.strip_prefix(DATA) else {
         let file = page::at(&path).filter(|_| *method == Method::GET).ok_or_else(|| nothing_at(&path))?;
-        return Ok(Reply { media_type: file.media_type, bytes: file.bytes.to_vec() });
+        return Ok(Reply::of(file.media_type, file.bytes.to_vec()));
     };
     let reads = *method == Method::GET;
     let rules = if *method == Method::POST { shared.site.rules(&parts(data)) } else { PostRules::default() };
@@ -182,6 +183,16 @@ fn refused(refusal: &Refusal) -> Response<Body> {
     };
     let json = json!({ "error": { "message": refusal.message } });
     respond(status, "application/json", json.to_string().into_bytes())
+}
+
+/// The answer, which a browser keeps if it lasts. Only this browser may: the token is not a part of the address.
+fn found(reply: Reply) -> Response<Body> {
+    let mut response = respond(StatusCode::OK, reply.media_type, reply.bytes);
+    if reply.is_lasting {
+        let kept = HeaderValue::from_static("private, max-age=31536000, immutable");
+        response.headers_mut().insert(header::CACHE_CONTROL, kept);
+    }
+    response
 }
 
 fn respond(status: StatusCode, media_type: &'static str, bytes: Vec<u8>) -> Response<Body> {

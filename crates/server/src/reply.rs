@@ -11,6 +11,8 @@ pub struct Reply {
     pub media_type: &'static str,
     /// Its bytes.
     pub bytes: Vec<u8>,
+    /// Whether its address never has another answer: a browser keeps it, and does not ask again.
+    pub is_lasting: bool,
 }
 
 impl Reply {
@@ -21,13 +23,24 @@ impl Reply {
     pub fn json(record: &(impl Serialize + ?Sized)) -> Result<Self, Refusal> {
         let bytes = serde_json::to_vec(record)
             .map_err(|error| Refusal::new(RefusalKind::Failed, format!("the answer is no JSON: {error}")))?;
-        Ok(Self { media_type: "application/json", bytes })
+        Ok(Self::of("application/json", bytes))
+    }
+
+    /// Bytes of a media type, which may be other ones the next time.
+    pub fn of(media_type: &'static str, bytes: Vec<u8>) -> Self {
+        Self { media_type, bytes, is_lasting: false }
+    }
+
+    /// The same answer, where its address never has another one.
+    #[must_use]
+    pub fn lasting(self) -> Self {
+        Self { is_lasting: true, ..self }
     }
 
     /// Numbers as 32-bit floats, little-endian, without more.
     pub fn numbers(values: &[f32]) -> Self {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        Self { media_type: BYTES, bytes }
+        Self::of(BYTES, bytes)
     }
 
     /// A record and numbers: the length of the record's JSON (u32, little-endian), the JSON, filled with
@@ -38,7 +51,7 @@ impl Reply {
     pub fn framed(record: &impl Serialize, values: &[f32]) -> Result<Self, Refusal> {
         let mut bytes = head(record, 4 * values.len())?;
         bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-        Ok(Self { media_type: BYTES, bytes })
+        Ok(Self::of(BYTES, bytes))
     }
 }
 

@@ -27,6 +27,7 @@ impl Site for Echo {
                 };
                 Reply::json(&(number("a")? + number("b")?))
             }
+            ["picture"] => Ok(Reply::of("image/png", b"png".to_vec()).lasting()),
             ["panic"] => panic!("on purpose"),
             ["path", rest @ ..] => Reply::json(&rest.join("|")),
             _ => Err(Refusal::unknown(path)),
@@ -79,6 +80,13 @@ impl Running {
 
     /// Status and body of the answer to a request with these further header lines.
     fn ask(&self, first: &str, headers: &str, body: &str) -> (u16, String) {
+        let answer = self.answer(first, headers, body);
+        let status = answer.split(' ').nth(1).and_then(|code| code.parse().ok()).unwrap_or(0);
+        (status, answer.split_once("\r\n\r\n").map_or(String::new(), |(_, body)| body.to_owned()))
+    }
+
+    /// The whole answer.
+    fn answer(&self, first: &str, headers: &str, body: &str) -> String {
         let host =
             if headers.contains("Host:") { String::new() } else { format!("Host: {}\r\n", self.address) };
         let length = body.len();
@@ -90,9 +98,7 @@ impl Running {
         let _ = stream.write_all(text.as_bytes());
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
-        let answer = String::from_utf8_lossy(&answer).into_owned();
-        let status = answer.split(' ').nth(1).and_then(|code| code.parse().ok()).unwrap_or(0);
-        (status, answer.split_once("\r\n\r\n").map_or(String::new(), |(_, body)| body.to_owned()))
+        String::from_utf8_lossy(&answer).into_owned()
     }
 
     fn get(&self, path: &str) -> (u16, String) {
@@ -121,6 +127,20 @@ fn questions_are_answered_and_refusals_say_why() {
     // A fault in one answer is told, and the next one is given.
     assert_eq!(server.get("/api/panic").0, 500);
     assert_eq!(server.get("/api/sum?a=1&b=1").0, 200);
+}
+
+#[test]
+fn a_browser_keeps_what_lasts_and_nothing_else() {
+    let server = Running::new();
+    let kept = |path: &str| {
+        let answer = server.answer(&format!("GET {path}"), "", "");
+        let mut lines = answer.lines().take_while(|line| !line.is_empty());
+        lines.find_map(|line| line.strip_prefix("cache-control: ")).map(str::to_owned)
+    };
+    assert_eq!(kept("/api/picture").as_deref(), Some("private, max-age=31536000, immutable"));
+    for path in ["/api/sum?a=1&b=2", "/api/nothing", "/", "/app.js"] {
+        assert_eq!(kept(path).as_deref(), Some("no-store"), "{path}");
+    }
 }
 
 #[test]

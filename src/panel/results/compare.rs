@@ -29,7 +29,7 @@ requests! {
 /// How the differences are spread.
 #[derive(Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub(super) struct CompareInfo {
+pub(in crate::panel) struct CompareInfo {
     rows: usize,
     columns: usize,
     step: usize,
@@ -42,6 +42,8 @@ pub(super) struct CompareInfo {
     #[cfg_attr(test, ts(as = "Option<f64>"))]
     standard_deviation: f64,
     in_sigma: InSigma,
+    /// How another scan lay; `None` for other results of the same frames.
+    scan: Option<OtherScan>,
 }
 
 /// Shares of the differences within one and two combined standard uncertainties.
@@ -50,6 +52,17 @@ pub(super) struct CompareInfo {
 struct InSigma {
     one: f64,
     two: f64,
+}
+
+/// How the object lay in the other scan.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(super) struct OtherScan {
+    /// How far the middle of its picture lies to the right and down.
+    pub(super) shift_px: (f64, f64),
+    pub(super) turn_deg: f64,
+    /// Connected places where the difference exceeds three sigma.
+    pub(super) places: usize,
 }
 
 /// This map less that of the results in the folder `with`, and the same in combined sigmas.
@@ -77,6 +90,16 @@ pub(super) fn compare(view: &ResultsView, asked: &CompareQuery) -> Result<Framed
         difference.values_mut()[index] = by;
         in_sigmas.values_mut()[index] = by / first.1.values()[index].hypot(second.1.values()[index]);
     }
+    Ok(differences(&difference, &in_sigmas, unit, None))
+}
+
+/// What the page is told of a difference.
+pub(super) fn differences(
+    difference: &Grid<f32>,
+    in_sigmas: &Grid<f32>,
+    unit: &'static str,
+    scan: Option<OtherScan>,
+) -> Framed<CompareInfo> {
     let mut known: Vec<f32> = difference.values().iter().copied().filter(|value| value.is_finite()).collect();
     let count = known.len();
     let mean = known.iter().map(|value| f64::from(*value)).sum::<f64>() / count.max(1) as f64;
@@ -85,8 +108,8 @@ pub(super) fn compare(view: &ResultsView, asked: &CompareQuery) -> Result<Framed
     let within = |limit: f32| {
         in_sigmas.values().iter().filter(|value| value.abs() <= limit).count() as f64 / count.max(1) as f64
     };
-    let step = blocks_for(&difference, MOST);
-    let shown = means(&difference, step);
+    let step = blocks_for(difference, MOST);
+    let shown = means(difference, step);
     let facts = CompareInfo {
         rows: shown.rows(),
         columns: shown.columns(),
@@ -97,10 +120,11 @@ pub(super) fn compare(view: &ResultsView, asked: &CompareQuery) -> Result<Framed
         median,
         standard_deviation: (square / count.max(1) as f64).sqrt(),
         in_sigma: InSigma { one: within(1.0), two: within(2.0) },
+        scan,
     };
     let mut values = shown.values().to_vec();
-    values.extend_from_slice(means(&in_sigmas, step).values());
-    Ok(Framed(facts, values))
+    values.extend_from_slice(means(in_sigmas, step).values());
+    Framed(facts, values)
 }
 
 /// A map and its sigma.

@@ -7,10 +7,12 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError, RwLock};
 
 use serde_json::Value;
 
+use super::compare::CompareInfo;
+use super::compare_scans::compare_scans;
 use super::view::ResultsView;
 use super::{facts, questions, tiles};
 use crate::panel::PanelError;
-use crate::panel::questions::{Json, Method, Question, Questions};
+use crate::panel::questions::{Framed, Json, Method, Question, Questions};
 use crate::panel::requests::Nothing;
 use epirig_server::{PostRules, Query, Refusal, RefusalKind, Reply, Site};
 
@@ -60,6 +62,20 @@ impl CurrentResults {
     /// What tells these results from others.
     pub(in crate::panel) fn id(&self) -> Result<String, PanelError> {
         Ok(self.view()?.id.clone())
+    }
+
+    /// Folder of the sequence.
+    pub(in crate::panel) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The results that `of` names, compared with the heights of the sequence in `folder`.
+    pub(in crate::panel) fn compared_with(
+        &self,
+        of: Option<&str>,
+        folder: &Path,
+    ) -> Result<Framed<CompareInfo>, Refusal> {
+        Ok(compare_scans(&*check(self.view()?, of)?, folder)?)
     }
 
     /// The results that were read last.

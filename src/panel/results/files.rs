@@ -47,7 +47,7 @@ pub(super) fn download(view: &ResultsView, name: &str) -> Result<Reply, PanelErr
         Some("tiff") => "image/tiff",
         _ => "application/octet-stream",
     };
-    Ok(Reply { media_type, bytes })
+    Ok(Reply::of(media_type, bytes))
 }
 
 #[derive(Serialize)]
@@ -83,7 +83,7 @@ pub(super) fn calibration_picture(view: &ResultsView, name: &str) -> Result<Repl
     if !calibration_pictures(folder).iter().any(|known| known == name) {
         return Err(PanelError::NotThere(format!("the calibration has no picture {name}")));
     }
-    Ok(Reply { media_type: "image/png", bytes: read_calibration_picture(folder, name)? })
+    Ok(Reply::of("image/png", read_calibration_picture(folder, name)?))
 }
 
 /// A name as a person reads it.

@@ -1,6 +1,7 @@
 //! The view of a sequence and its results.
 
 mod compare;
+mod compare_scans;
 mod course;
 mod current;
 mod epis;
@@ -29,6 +30,7 @@ use levelled::levelled_tile;
 use pyramid::Place;
 use view::ResultsView;
 
+pub(super) use compare_scans::ScansQuestion;
 pub use current::CurrentResults;
 pub(super) use current::results_questions;
 pub(super) use facts::About;
@@ -83,7 +85,7 @@ fn questions() -> Vec<Question<ResultsView>> {
         Question::get("region", |view, asked| Ok(Json(region::region(view, &asked)?))),
         Question::get("line", |view, ends| Ok(Json(line::line(view, &ends)?))),
         Question::get("line.csv", |view, ends| {
-            Ok(Reply { media_type: "text/csv; charset=utf-8", bytes: line::csv(view, &ends)? })
+            Ok(Reply::of("text/csv; charset=utf-8", line::csv(view, &ends)?))
         }),
         Question::get("trends", |_, Nothing {}| Ok(Json(surface::trends()))),
         Question::get("mesh", |view, asked| Ok(mesh::mesh(view, &asked)?)),

@@ -76,7 +76,8 @@ fn measure(shared: &Arc<SharedState>, folder: &Path) -> Result<(), PanelError> {
     options.check(frames.rows, frames.columns, frames.count)?;
     let needed = match_need(frames, &options);
     if let Some(available) = available().filter(|available| needed > available.bytes) {
-        return Err(PanelError::Memory { needed, available: available.bytes, bound: available.bound });
+        let (work, available, bound) = ("matching", available.bytes, available.bound);
+        return Err(PanelError::Memory { work, needed, available, bound });
     }
     let calibration = match &rig {
         None => None,

@@ -7,7 +7,6 @@ mod name;
 mod notes;
 mod plan;
 mod run;
-mod sequences;
 mod target;
 mod watcher;
 
@@ -17,5 +16,4 @@ pub(in crate::panel) use name::why_no_name;
 pub(in crate::panel) use notes::Notes;
 pub(in crate::panel) use plan::plan;
 pub(in crate::panel) use run::{ScanRun, run_scan};
-pub(in crate::panel) use sequences::{folder_of, sequences};
 pub(in crate::panel) use target::{find_target, has_target, shows_board};

@@ -1,7 +1,6 @@
 import { results } from '../store/results';
 import { select } from '../store/selection';
-
-const COLOURS = { pass: 'verdict-good', fail: 'verdict-bad', undecided: 'verdict-warning' };
+import { VERDICT_COLOURS } from './verdict';
 
 /** What was measured of the surface, before anything else: verdict, depth with its interval, and limits or plan in words. */
 export function AnswerCard() {
@@ -10,7 +9,7 @@ export function AnswerCard() {
   const { depth, sentence, verdict, verdict_sentence } = surface.conclusion;
   const typographic = (text: string): string => text.replaceAll('+-', '±');
   return (
-    <section class={`answer ${verdict ? COLOURS[verdict] : ''}`} aria-label="Answer">
+    <section class={`answer ${verdict ? VERDICT_COLOURS[verdict] : ''}`} aria-label="Answer">
       {verdict && <strong class="verdict">{verdict.toUpperCase()}</strong>}
       {depth && <strong>{typographic(depth)}</strong>}
       <p>{typographic(verdict_sentence ?? sentence)}</p>

@@ -1,5 +1,5 @@
 import { BarStatus } from '../rig/BarStatus';
-import { SequenceMenu } from '../rig/SequenceList';
+import { SequenceMenu } from '../rig/SequenceMenu';
 import { StageWords } from '../rig/StageWords';
 import { StopButton } from '../rig/StopButton';
 import { copyLink, keySheetOpen, openReport } from '../store/actions';
@@ -14,6 +14,7 @@ const TABS: [name: ViewName, words: string][] = [
   ['rig', 'Rig'],
   ['scan', 'Scan'],
   ['results', 'Results'],
+  ['sequences', 'Sequences'],
 ];
 
 function Tabs() {

@@ -21,7 +21,7 @@ const POINTER: [string, string][] = [
 export function KeySheet() {
   if (!keySheetOpen.value) return null;
   const shown = view.value;
-  const pointer = shown === 'rig' ? RIG_POINTER : shown === 'scan' ? [] : POINTER;
+  const pointer = shown === 'rig' ? RIG_POINTER : shown === 'results' ? POINTER : [];
   return (
     <Dialog title="Keys and pointer" close={() => (keySheetOpen.value = false)}>
       <dl class="keys">

@@ -16,6 +16,7 @@ export function titleOf(shown: ViewName | null, sequence: string | null, rig: To
   const of = {
     rig: [runs ? scan.name : null, 'rig', rig?.rig ?? null],
     scan: [scan?.name ?? null, 'scan'],
+    sequences: [runs ? scan.name : null, 'sequences'],
     results: [runs && scan.name !== sequence ? scan.name : null, sequence, 'results'],
   }[shown ?? 'results'];
   return [first, ...of, 'epirig'].filter(Boolean).join(' - ');

@@ -39,11 +39,11 @@ const SCAN_KEYS: Key[] = [['+  \u2212  0', 'zoom in, zoom out, show all']];
 
 /** The keys of the view on the screen. */
 export function keysOf(shown: ViewName | null): Key[] {
-  const own = shown === 'rig' ? RIG_KEYS : shown === 'scan' ? SCAN_KEYS : RESULT_KEYS;
+  const own = { rig: RIG_KEYS, scan: SCAN_KEYS, results: RESULT_KEYS, sequences: [] }[shown ?? 'results'];
   if (mode.peek() !== 'ui') return [...own, ['?', 'this list'], ['Esc', 'stop drawing; close']];
   return [
     ['Esc, Pause', 'STOP: all motion ends, a scan is paused'],
-    ['1  2  3', 'Rig, Scan, Results'],
+    ['1  2  3  4', 'Rig, Scan, Results, Sequences'],
     ...own,
     ['?', 'this list'],
   ];
@@ -97,6 +97,7 @@ const VIEWS: Acts = {
   '1': () => showView('rig'),
   '2': () => showView('scan'),
   '3': () => showView('results'),
+  '4': () => showView('sequences'),
 };
 
 /** What letters and digits do now. */

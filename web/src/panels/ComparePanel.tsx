@@ -1,6 +1,11 @@
+import { useEffect } from 'preact/hooks';
+import type { CompareInfo } from '../api';
 import { count, percent, significant } from '../format/number';
+import { hasResults } from '../rig/results_words';
+import { loadSequences, sequences } from '../rig/sequences';
 import { comparing, comparison, comparisonError } from '../store/comparison';
-import { results, unitOf } from '../store/results';
+import { about, results, unitOf } from '../store/results';
+import { mode } from '../store/route';
 import { select, selection, selectMap } from '../store/selection';
 
 function Numbers() {
@@ -45,6 +50,7 @@ function Numbers() {
           )}
         </tbody>
       </table>
+      {info.scan && <OfScan scan={info.scan} />}
       <div class="fields">
         <button type="button" onClick={() => selectMap('difference')}>
           Show difference
@@ -60,37 +66,78 @@ function Numbers() {
   );
 }
 
-/** The difference to another folder of results of the same sequence. */
+/** How another scan lay, and what of the difference is more than noise. */
+function OfScan({ scan }: { scan: NonNullable<CompareInfo['scan']> }) {
+  const [right, down] = scan.shift_px;
+  const px = (value: number): string => significant(value, 3);
+  const turned = scan.turn_deg === 0 ? '' : `, turned by ${significant(scan.turn_deg, 2)} deg`;
+  return (
+    <section>
+      <p>
+        The other scan is shifted by {px(right)} px to the right and {px(down)} px down{turned}; it was
+        registered by its reference frame, and a plane was removed from the difference. The difference
+        exceeds three sigma in {count(scan.places)} {scan.places === 1 ? 'place' : 'places'} of 25 px or
+        more.
+      </p>
+    </section>
+  );
+}
+
+/** Of what is chosen, only one: other results, or another sequence. */
+function choose(kind: string, name: string | null): void {
+  select({
+    compare: kind === 'results' ? name : null,
+    compareSequence: kind === 'sequence' ? name : null,
+  });
+  if (name === null && selection.peek().map?.startsWith('difference')) {
+    selectMap(results.peek()?.maps[0]?.id ?? '');
+  }
+}
+
+/** The difference to other results of the same sequence, or to another sequence. */
 export function ComparePanel() {
-  const others = results.value?.others ?? [];
-  if (others.length === 0) {
+  const of = results.value;
+  const shown = about.value?.sequence ?? null;
+  const isRig = mode.value === 'ui';
+  useEffect(() => {
+    if (isRig) void loadSequences();
+  }, [isRig, shown]);
+  const { compare, compareSequence } = selection.value;
+  const others = of?.others ?? [];
+  const known = isRig && of?.geometry ? (sequences.value ?? []) : [];
+  const scans = known.filter((entry) => hasResults(entry) && entry.name !== shown).map(({ name }) => name);
+  if (compareSequence !== null && !scans.includes(compareSequence)) scans.unshift(compareSequence);
+  if (others.length === 0 && scans.length === 0) {
     return (
       <p class="hint">
         There is only one folder of results. Match the sequence again into another folder to compare.
       </p>
     );
   }
+  const options = (kind: string, names: string[]) =>
+    names.map((name) => (
+      <option key={name} value={`${kind}/${name}`}>
+        {name}
+      </option>
+    ));
+  const value = compareSequence !== null ? `sequence/${compareSequence}` : `results/${compare ?? ''}`;
   return (
     <div>
       <h2>Compare</h2>
       <label>
         with{' '}
         <select
-          value={selection.value.compare ?? ''}
+          value={value}
           onChange={(event) => {
-            const other = event.currentTarget.value || null;
-            select({ compare: other });
-            if (!other && selection.peek().map?.startsWith('difference')) {
-              selectMap(results.peek()?.maps[0]?.id ?? '');
-            }
+            const [kind = '', ...name] = event.currentTarget.value.split('/');
+            choose(kind, name.join('/') || null);
           }}
         >
-          <option value="">none</option>
-          {others.map((name) => (
-            <option key={name} value={name}>
-              {name}
-            </option>
-          ))}
+          <option value="results/">none</option>
+          {others.length > 0 && (
+            <optgroup label="results of this sequence">{options('results', others)}</optgroup>
+          )}
+          {scans.length > 0 && <optgroup label="other sequences">{options('sequence', scans)}</optgroup>}
         </select>
       </label>
       {comparing.value && <p class="hint">comparing…</p>}

@@ -1,7 +1,15 @@
 // The interface of `epirig ui` to the rig and the scan. Requests go through here.
 
-import { get, post } from '../api';
-import type { Control, Plan, Profile, ProfileMistake, SequenceEntry } from '../types';
+import { blob, get, post } from '../api';
+import type {
+  Control,
+  Plan,
+  Profile,
+  ProfileMistake,
+  SequenceEntry,
+  SeriesTrend,
+  TrendQuestion,
+} from '../types';
 
 export type * from '../types';
 
@@ -49,6 +57,12 @@ export const rig = {
   /** Calibrates if there are frames for it, matches, finds the surface, writes the report. */
   measure: (name: string) => order('scan/measure', { name }),
   sequences: () => get<SequenceEntry[]>('api/sequences'),
+  /** The browser keeps it: a name never has another picture. */
+  picture: (name: string, signal: AbortSignal) =>
+    blob(`api/sequences/${name}`, { signal, cache: 'default' }),
+  /** One quantity over the sequences of these names. */
+  trend: (asked: TrendQuestion, signal: AbortSignal) =>
+    post<SeriesTrend>('api/sequences/trend', asked, signal),
   /** Makes a sequence the one that the results view shows. */
   openResults: (name: string) => order('results/open', { name }),
 };

@@ -2,6 +2,7 @@
 
 import { signal } from '@preact/signals';
 import { load } from '../store/results';
+import { select } from '../store/selection';
 import { rig, type SequenceEntry } from './api';
 import { order } from './store';
 
@@ -19,5 +20,7 @@ export async function openSequence(name: string): Promise<void> {
     await order(Promise.reject(error));
     return;
   }
+  // What was compared with the one before says nothing of this one.
+  select({ compareSequence: null });
   await load();
 }

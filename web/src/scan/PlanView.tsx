@@ -160,7 +160,7 @@ export function PlanView({ state }: { state: RigState }) {
         <MeasureTask />
         {sequences.error !== null && <p class="fault">{sequences.error}</p>}
         {sequences.value ? (
-          <Sequences entries={sequences.value} />
+          <Sequences entries={sequences.value.filter(({ state }) => state !== 'unreadable')} />
         ) : (
           sequences.error === null && <p class="hint">loading…</p>
         )}

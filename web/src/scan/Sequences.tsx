@@ -1,12 +1,13 @@
 import { moment } from '../format/moment';
 import { rig, type SequenceEntry } from '../rig/api';
-import { resultOf } from '../rig/results_words';
+import { hasResults, resultOf } from '../rig/results_words';
 import { order } from '../rig/store';
 import { whyNot, whyNotStart } from './control';
 import { openResults, Order, Reason } from './JobCard';
 
 function Entry({ entry }: { entry: SequenceEntry }) {
-  const { name, created, frames, planned, ended, can_be_resumed, measured } = entry;
+  const { name, created, frames, planned, ended, can_be_resumed } = entry;
+  const measured = hasResults(entry);
   return (
     <li>
       <div class="entry-words">

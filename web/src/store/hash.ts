@@ -38,7 +38,10 @@ export interface Selection {
   range: Range;
   frame: number | null;
   kind: FrameKind | null;
+  /** Other results of the same sequence, to compare with. */
   compare: string | null;
+  /** Another sequence, to compare with. */
+  compareSequence: string | null;
   panel: string | null;
   /** Whether heights are shown in 3-D. */
   solid: boolean;
@@ -60,6 +63,7 @@ export const NOTHING: Selection = {
   frame: null,
   kind: null,
   compare: null,
+  compareSequence: null,
   panel: null,
   solid: false,
 };
@@ -109,6 +113,7 @@ export function toHash(selection: Selection): string {
     ['f', selection.frame === null ? null : String(selection.frame)],
     ['k', selection.frame === null ? null : selection.kind],
     ['cmp', selection.compare && encodeURIComponent(selection.compare)],
+    ['cs', selection.compareSequence && encodeURIComponent(selection.compareSequence)],
     ['s', selection.panel],
     ['d', selection.solid ? '3' : null],
   ];
@@ -177,6 +182,7 @@ export function fromHash(hash: string): Selection {
     frame: frame ? Math.round(frame[0]!) : null,
     kind: kind === 'raw' || kind === 'rectified' ? kind : null,
     compare: values.get('cmp'),
+    compareSequence: values.get('cs'),
     panel: values.get('s'),
     solid: values.get('d') === '3',
   };

@@ -27,16 +27,20 @@ export function unitOf(unit: string): { label: string; factor: number } {
 }
 
 /** An address may name what these results do not have: such parts are dropped. */
-function keepWithin({ maps, frames, others }: Results): void {
-  const { map, pin, frame, compare } = selection.peek();
+function keepWithin({ maps, frames, others }: Results, sequence: string | null): void {
+  const { map, pin, frame, compare, compareSequence: asked } = selection.peek();
   const inside = pin && pin.x >= 0 && pin.y >= 0 && pin.x < frames.columns && pin.y < frames.rows;
   const other = compare && others.includes(compare) ? compare : null;
-  const known = maps.some(({ id }) => id === map) || (other && map?.startsWith('difference'));
+  // The server knows whether there is such a sequence.
+  const compareSequence = asked === sequence ? null : asked;
+  const compares = other !== null || compareSequence !== null;
+  const known = maps.some(({ id }) => id === map) || (compares && map?.startsWith('difference'));
   select({
     map: known ? map : (maps[0]?.id ?? null),
     pin: inside ? pin : null,
     frame: frame !== null && frame >= 0 && frame < frames.count ? frame : null,
     compare: other,
+    compareSequence,
   });
 }
 
@@ -51,7 +55,7 @@ export async function load(): Promise<boolean> {
     const held = told.sequence === null && told.mode === 'ui' ? null : await api.results();
     askAbout(held?.id ?? null);
     results.value = held;
-    if (held) keepWithin(held);
+    if (held) keepWithin(held, told.sequence);
     trends.value = held?.geometry ? await api.trends() : [];
     return true;
   } catch (error) {

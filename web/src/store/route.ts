@@ -2,14 +2,14 @@
 
 import { computed, signal } from '@preact/signals';
 
-export type ViewName = 'rig' | 'scan' | 'results';
+export type ViewName = 'rig' | 'scan' | 'results' | 'sequences';
 
 /** What the program is: `epirig view` has only results. null until it has told. */
 export const mode = signal<'view' | 'ui' | null>(null);
 
 /** The view that a fragment names; null if it names none. */
 export function viewNamed(hash: string): ViewName | null {
-  const name = /^#(rig|scan|results)(?![^/?])/.exec(hash)?.[1];
+  const name = /^#(rig|scan|results|sequences)(?![^/?])/.exec(hash)?.[1];
   return (name as ViewName | undefined) ?? null;
 }
 

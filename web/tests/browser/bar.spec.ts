@@ -82,6 +82,7 @@ for (const [width, height] of SIZES) {
       ['rig', '1'],
       ['scan', '2'],
       ['results', '3'],
+      ['sequences', '4'],
     ]) {
       await page.keyboard.press(key!);
       for (const [words, change] of TOLD) {

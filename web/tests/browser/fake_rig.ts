@@ -183,7 +183,18 @@ export class FakeRig {
       // Unlike `route.fetch` this does not fail the next test if this one has ended meanwhile.
       return route.fulfill({ status: reply.status, json: await reply.json() }).catch(() => undefined);
     });
-    await this.page.route(/\/api\/(rig|scan|sequences|results\/open)(\/|$)/, async (route) => {
+    // What is asked about sequences is known by the mock server. Whoever looks may ask it.
+    await this.page.route(/\/api\/sequences\/./, async (route) => {
+      if (this.unreachable) return route.abort();
+      const request = route.request();
+      const headers = { 'x-epirig-token': SECRET };
+      const body = request.postData();
+      const reply = await fetch(request.url(), { method: request.method(), headers, body });
+      return route
+        .fulfill({ status: reply.status, body: Buffer.from(await reply.arrayBuffer()) })
+        .catch(() => undefined);
+    });
+    await this.page.route(/\/api\/((rig|scan|results\/open)(\/|$)|sequences$)/, async (route) => {
       if (this.unreachable) return route.abort();
       const request = route.request();
       const path = new URL(request.url()).pathname.replace('/api/', '');
@@ -272,8 +283,11 @@ function entry(name: string, measured: boolean): SequenceEntry {
     planned: 101,
     ended: 'complete',
     can_be_resumed: false,
-    measured,
-    depth: measured ? '0.2000 mm +- 0.0079 mm' : null,
+    state: measured ? 'measured' : 'scan',
+    depth_mm: measured ? 0.2 : null,
+    half_width_95_mm: measured ? 0.0079 : null,
     verdict: measured ? 'pass' : null,
+    problem: null,
+    picture: null,
   };
 }

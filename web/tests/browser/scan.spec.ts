@@ -48,9 +48,7 @@ test('a plan that does not fit on the disk is not started', async ({ page }) => 
 test('sequences are resumed, measured and opened', async ({ page }) => {
   const rig = new FakeRig(page);
   await rig.open();
-  await expect(
-    page.getByText('101 of 101 frames, complete, depth 0.2000 mm ± 0.0079 mm, PASS'),
-  ).toBeVisible();
+  await expect(page.getByText('101 of 101 frames, complete, depth 0.2000 ± 0.0079 mm, PASS')).toBeVisible();
   await page.getByRole('button', { name: 'Resume tile-0410' }).click();
   await page.getByRole('button', { name: 'Measure tile-0411' }).click();
   await expect(page.getByRole('button', { name: 'Measure tile-0410' })).toHaveCount(0);

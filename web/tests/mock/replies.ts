@@ -424,6 +424,7 @@ export function compare(): [object, Float32Array] {
     standard_deviation: 0.0024,
     median: 0.0001,
     in_sigma: { one: 0.66, two: 0.94 },
+    scan: null,
   };
   return [head, values];
 }

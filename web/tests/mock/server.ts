@@ -5,7 +5,9 @@ import { createServer, type IncomingMessage, type Server, type ServerResponse } 
 import { fileURLToPath } from 'node:url';
 import { regionInNumbers } from './levelling';
 import * as replies from './replies';
+import { pictureOf, SEQUENCES, sequenceList, trendOf } from './sequences';
 import { frameAt } from './truth';
+import type { TrendQuestion } from '../../src/api';
 
 export const TOKEN = 'mock-token-1234';
 /** EPIRIG_PAGE is a folder with another build, such as one that is not committed yet. */
@@ -52,7 +54,27 @@ const PNG = Buffer.from(
   'base64',
 );
 
-function answer(path: string, query: URLSearchParams, reply: ServerResponse): void {
+/** Sequences that tests ask about: those of the server, and a great many. */
+const MANY = sequenceList(1000);
+
+function answerOfSequences(name: string | undefined, asked: unknown, reply: ServerResponse): void {
+  if (name === undefined) return sendJson(reply, SEQUENCES);
+  if (name === 'trend') {
+    const question = asked as TrendQuestion;
+    const few = new Set(SEQUENCES.map((entry) => entry.name));
+    const list = question.sequences.some((one) => !few.has(one)) ? MANY : SEQUENCES;
+    return sendJson(reply, trendOf(question, list));
+  }
+  if (name === 'compare') {
+    const [head, values] = replies.compare();
+    const scan = { shift_px: [1.42, -0.61], turn_deg: 0.012, places: 2 };
+    return sendFramed(reply, [{ ...head, scan }, values]);
+  }
+  reply.setHeader('cache-control', 'private, max-age=31536000, immutable');
+  sendBytes(reply, pictureOf(name), 'image/png');
+}
+
+function answer(path: string, query: URLSearchParams, asked: unknown, reply: ServerResponse): void {
   const number = (name: string): number => Number(query.get(name));
   const parts = path.split('/').slice(2);
   const numbers = parts.map(Number);
@@ -112,6 +134,8 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
       return sendFramed(reply, replies.mesh(by));
     case 'compare':
       return sendFramed(reply, replies.compare());
+    case 'sequences':
+      return answerOfSequences(parts[1], asked, reply);
     case 'stage':
       return sendJson(reply, replies.stage());
     case 'calibration':
@@ -163,7 +187,13 @@ function handle(request: IncomingMessage, reply: ServerResponse): void {
     .slice(1)
     .split('&')
     .filter((pair) => pair.includes('='));
-  answer(address.pathname, new URLSearchParams(pairs.map((pair) => pair.split('=', 2))), reply);
+  const query = new URLSearchParams(pairs.map((pair) => pair.split('=', 2)));
+  const parts: Buffer[] = [];
+  request.on('data', (part: Buffer) => parts.push(part));
+  request.on('end', () => {
+    const text = Buffer.concat(parts).toString();
+    answer(address.pathname, query, text ? JSON.parse(text) : null, reply);
+  });
 }
 
 export function startMock(port: number): Promise<Server> {

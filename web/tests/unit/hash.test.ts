@@ -16,6 +16,7 @@ const full: Selection = {
   frame: 37,
   kind: 'rectified',
   compare: 'look & see',
+  compareSequence: 'monday/tile 7',
   panel: 'pixel',
   solid: true,
 };
