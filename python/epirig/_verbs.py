@@ -40,6 +40,7 @@ def match_array(
     min_confidence: float = 0.03,
     wanted_sigma: float = 0.003,
     no_fit: bool = False,
+    block_rows: int | None = None,
     progress: Progress | None = None,
 ) -> Maps:
     """Disparity of every pixel of the reference frame, with its standard uncertainty.
@@ -129,6 +130,9 @@ def match_array(
     no_fit
         Interpolate three costs by a parabola instead of the fit over all frames (always so for
         correlation).
+    block_rows
+        Match this many rows in one go, at most. Without it: as many as take less than 1 GiB, and
+        256 at least.
     progress
         Called with what is done, how many parts of it are done, and of how many.
 
@@ -158,6 +162,7 @@ def match_array(
         ("--min-confidence", min_confidence, 0.03),
         ("--wanted-sigma", wanted_sigma, 0.003),
         ("--no-fit", no_fit, False),
+        ("--block-rows", block_rows, None),
     )
     return matched(frames, options, tau, mask, progress)
 
@@ -458,6 +463,7 @@ def resume(
     min_confidence: float = 0.03,
     wanted_sigma: float = 0.003,
     no_fit: bool = False,
+    block_rows: int | None = None,
     progress: Progress | None = None,
 ) -> Sequence:
     """Continue an interrupted scan.
@@ -545,6 +551,9 @@ def resume(
     no_fit
         Interpolate three costs by a parabola instead of the fit over all frames (always so for
         correlation).
+    block_rows
+        Match this many rows in one go, at most. Without it: as many as take less than 1 GiB, and
+        256 at least.
     progress
         Called with what is done, how many parts of it are done, and of how many.
     """
@@ -577,6 +586,7 @@ def resume(
             ("--min-confidence", min_confidence, 0.03),
             ("--wanted-sigma", wanted_sigma, 0.003),
             ("--no-fit", no_fit, False),
+            ("--block-rows", block_rows, None),
         ),
         progress,
     )
@@ -670,6 +680,7 @@ def measure(
     min_confidence: float = 0.03,
     wanted_sigma: float = 0.003,
     no_fit: bool = False,
+    block_rows: int | None = None,
     anyway: bool = False,
     progress: Progress | None = None,
 ) -> Sequence:
@@ -802,6 +813,9 @@ def measure(
     no_fit
         Interpolate three costs by a parabola instead of the fit over all frames (always so for
         correlation).
+    block_rows
+        Match this many rows in one go, at most. Without it: as many as take less than 1 GiB, and
+        256 at least.
     anyway
         Continue although the scan is not closed and the positions of its frames are wrong.
     progress
@@ -850,6 +864,7 @@ def measure(
             ("--min-confidence", min_confidence, 0.03),
             ("--wanted-sigma", wanted_sigma, 0.003),
             ("--no-fit", no_fit, False),
+            ("--block-rows", block_rows, None),
             ("--anyway", anyway, False),
         ),
         progress,
@@ -1376,6 +1391,7 @@ def repeat(
     min_confidence: float = 0.03,
     wanted_sigma: float = 0.003,
     no_fit: bool = False,
+    block_rows: int | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Scan one object many times, and tell how the results repeat.
@@ -1515,6 +1531,9 @@ def repeat(
     no_fit
         Interpolate three costs by a parabola instead of the fit over all frames (always so for
         correlation).
+    block_rows
+        Match this many rows in one go, at most. Without it: as many as take less than 1 GiB, and
+        256 at least.
     progress
         Called with what is done, how many parts of it are done, and of how many.
     """
@@ -1570,6 +1589,7 @@ def repeat(
             ("--min-confidence", min_confidence, 0.03),
             ("--wanted-sigma", wanted_sigma, 0.003),
             ("--no-fit", no_fit, False),
+            ("--block-rows", block_rows, None),
         ),
         progress,
     )
@@ -1947,6 +1967,7 @@ class SequenceVerbs:
         region: Several[float] | str | None = None,
         mask: Place | None = None,
         anyway: bool = False,
+        memory: int | None = None,
         quick: bool = False,
         method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
         range: Several[float] | str | None = None,
@@ -1963,6 +1984,7 @@ class SequenceVerbs:
         min_confidence: float = 0.03,
         wanted_sigma: float = 0.003,
         no_fit: bool = False,
+        block_rows: int | None = None,
         progress: Progress | None = None,
     ) -> Results:
         """Compute the disparity of every pixel, and its height.
@@ -1986,6 +2008,10 @@ class SequenceVerbs:
             With region, pixels must lie in both. Without it: all of them.
         anyway
             Continue although the scan is not closed and the positions of its frames are wrong.
+        memory
+            Most memory that the match may take, such as 2GiB or 800MB. Larger frames are packed on
+            disk first, as by ``epirig pack``, and read a block of rows at a time. The results are
+            the same. Without it: half of what is free.
         quick
             First look: takes some 60 % of the time. Uses half of the frames if there are a hundred
             or more, looks for edges in small discs only, and searches occluding objects at half the
@@ -2047,6 +2073,9 @@ class SequenceVerbs:
         no_fit
             Interpolate three costs by a parabola instead of the fit over all frames (always so for
             correlation).
+        block_rows
+            Match this many rows in one go, at most. Without it: as many as take less than 1 GiB,
+            and 256 at least.
         progress
             Called with what is done, how many parts of it are done, and of how many.
         """
@@ -2061,6 +2090,7 @@ class SequenceVerbs:
                 ("--region", region, None),
                 ("--mask", mask, None),
                 ("--anyway", anyway, False),
+                ("--memory", memory, None),
                 ("--quick", quick, False),
                 ("--method", method, "variance"),
                 ("--range", range, None),
@@ -2077,6 +2107,7 @@ class SequenceVerbs:
                 ("--min-confidence", min_confidence, 0.03),
                 ("--wanted-sigma", wanted_sigma, 0.003),
                 ("--no-fit", no_fit, False),
+                ("--block-rows", block_rows, None),
             ),
             progress,
         )
@@ -2208,6 +2239,7 @@ class SequenceVerbs:
         min_confidence: float = 0.03,
         wanted_sigma: float = 0.003,
         no_fit: bool = False,
+        block_rows: int | None = None,
         progress: Progress | None = None,
     ) -> dict[str, Any]:
         """Evaluate disparity: by truth, left-out frames, or a second match.
@@ -2294,6 +2326,9 @@ class SequenceVerbs:
         no_fit
             Interpolate three costs by a parabola instead of the fit over all frames (always so for
             correlation).
+        block_rows
+            Match this many rows in one go, at most. Without it: as many as take less than 1 GiB,
+            and 256 at least.
         progress
             Called with what is done, how many parts of it are done, and of how many.
         """
@@ -2325,6 +2360,7 @@ class SequenceVerbs:
                 ("--min-confidence", min_confidence, 0.03),
                 ("--wanted-sigma", wanted_sigma, 0.003),
                 ("--no-fit", no_fit, False),
+                ("--block-rows", block_rows, None),
             ),
             progress,
         )

@@ -144,3 +144,20 @@ pub(super) fn size(bytes: u64) -> String {
         large => format!("{:.1} GB", (large / 1e8).ceil() / 10.0),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_that_are_more_than_memory_should_hold_are_packed() {
+        let options = MatchOptions::default();
+        let large = Frames { count: 100, rows: 3648, columns: 5472, sample_bytes: 1 };
+        assert_eq!(held(large, &options, Some(8 << 30)), Held::InMemory);
+        assert_eq!(held(large, &options, Some(2 << 30)), Held::Packed);
+        assert!(packed_match_need(large, &options) < 11 << 27);
+        // Packing frames of a single block would save nothing.
+        let small = Frames { rows: 500, columns: 700, ..large };
+        assert_eq!(held(small, &options, Some(1 << 20)), Held::InMemory);
+    }
+}

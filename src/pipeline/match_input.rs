@@ -3,8 +3,9 @@
 use tracing::{info, info_span};
 
 use super::error::PipelineError;
+use super::load::{load_packed, load_unpacked};
+use super::packed::packed_volume;
 use super::photograph::volume_frame;
-use super::{load_packed, load_unpacked, packed_volume};
 use crate::calibrate::{Calibration, matched_shape};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;

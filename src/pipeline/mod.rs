@@ -6,6 +6,7 @@ mod error;
 mod geometry;
 mod halves;
 mod inspect;
+mod load;
 mod match_input;
 mod need;
 mod opened;
@@ -24,15 +25,13 @@ use tracing::{info, info_span};
 
 pub use calibration::calibrate_sequence;
 
-use crate::calibrate::{Calibration, load_calibrated};
+use crate::calibrate::Calibration;
 use crate::report::{FigureRow, MapPicture, Millimetres, ValueRange, Window, class_picture, paper_figures};
 use crate::results::{MatchSummary, Region, ResultMap, ResultsFolder, class_of, names};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
-use epirig_core::volume::Volume;
-use epirig_data::packed::PackedVolume;
-use epirig_data::sequence::{Sequence, load_volume};
+use epirig_data::sequence::Sequence;
 use epirig_matcher::inspect::EpiLines;
 use epirig_matcher::{Blocks, DisparityMaps, MatchOptions, Validity};
 use epirig_surface::{Heights, heights};
@@ -44,6 +43,7 @@ pub use error::PipelineError;
 pub use geometry::geometry;
 pub use halves::{half_frames, half_heights};
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
+pub use load::load;
 use match_input::MatchInput;
 pub use need::{
     Frames, calibration_need, capture_need, frames_that_fit, halves_need, import_need, match_need,
@@ -66,44 +66,6 @@ pub struct Measurement {
     pub heights: Option<Heights>,
     /// The numbers of `match.json`.
     pub summary: MatchSummary,
-}
-
-/// The volume of `sequence`: with a calibration corrected, rectified and with measured positions; else as
-/// captured. Where it is [packed](pack_sequence), that is read: the samples are the same.
-///
-/// # Errors
-/// [`PipelineError`] naming the frame that cannot be used.
-pub fn load(
-    sequence: &Sequence,
-    calibration: Option<&(Calibration, Maps)>,
-    progress: &dyn Progress,
-) -> Result<Volume, PipelineError> {
-    let _span = info_span!("reading", rectified = calibration.is_some()).entered();
-    let volume = match packed_volume(sequence, calibration, progress)? {
-        Some(packed) => load_packed(&packed, progress)?,
-        None => load_unpacked(sequence, calibration, progress)?,
-    };
-    let (frames, rows, columns) = (volume.frames(), volume.rows(), volume.columns());
-    info!(folder = %sequence.folder().display(), frames, rows, columns, "frames read");
-    Ok(volume)
-}
-
-fn load_packed(packed: &PackedVolume, progress: &dyn Progress) -> Result<Volume, PipelineError> {
-    progress.begin("reading the packed volume", packed.shape().tau.frames() as u64);
-    let volume = packed.rows(0..packed.shape().rows, progress)?;
-    progress.end();
-    Ok(volume)
-}
-
-fn load_unpacked(
-    sequence: &Sequence,
-    calibration: Option<&(Calibration, Maps)>,
-    progress: &dyn Progress,
-) -> Result<Volume, PipelineError> {
-    match calibration {
-        Some((calibration, maps)) => Ok(load_calibrated(sequence, calibration, maps, progress)?),
-        None => Ok(load_volume(sequence, progress)?),
-    }
 }
 
 /// Options of the pictures.

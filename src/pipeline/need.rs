@@ -14,9 +14,11 @@ const THREAD: u64 = 16 << 20;
 /// Maps and images of a match, in bytes per pixel.
 const MATCH: u64 = 172;
 const FIRST_LOOK: u64 = 132;
-/// Maps of a match of several blocks, and what writing the results takes, in bytes per pixel.
+/// The same of a block of rows, whose results are written later, in bytes per pixel of the block; and in bytes per
+/// pixel of all: the maps, and what writing the results takes.
+const BLOCK: u64 = 100;
 const JOINED: u64 = 17;
-const RESULTS: u64 = 80;
+const RESULTS: u64 = 44;
 /// The same of a calibration, of a rectification, and of a surface.
 const CALIBRATION: u64 = 50;
 const RECTIFICATION: u64 = 26;
@@ -64,8 +66,8 @@ fn threads() -> u64 {
 /// Most bytes that matching `frames` takes with all of them in memory.
 pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
     match at_once(frames, options) {
-        all if all == frames => one_block(frames, options).max(results(frames)),
-        block => (one_block(block, options) + frames.bytes() + JOINED * frames.pixels()).max(results(frames)),
+        all if all == frames => of_rows(frames, if options.quick { FIRST_LOOK } else { MATCH }, options),
+        block => of_blocks(block, frames, options) + frames.bytes(),
     }
 }
 
@@ -73,7 +75,7 @@ pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
 pub fn packed_match_need(frames: Frames, options: &MatchOptions) -> u64 {
     match at_once(frames, options) {
         all if all == frames => match_need(frames, options),
-        block => (one_block(block, options) + JOINED * frames.pixels()).max(results(frames)),
+        block => of_blocks(block, frames, options),
     }
 }
 
@@ -83,16 +85,17 @@ fn at_once(frames: Frames, options: &MatchOptions) -> Frames {
     Frames { rows: options.rows_at_once(rows, columns, count * sample_bytes), ..frames }
 }
 
-fn one_block(frames: Frames, options: &MatchOptions) -> u64 {
-    let need = frames.with(if options.quick { FIRST_LOOK } else { MATCH });
+/// Bytes for rows that are matched in one go, and so many for each pixel of theirs.
+fn of_rows(frames: Frames, each_pixel: u64, options: &MatchOptions) -> u64 {
     // Bands of costs take up to half of the size of the frames.
     let bands = if options.semi_global { (frames.bytes() / 2).max(32 << 20) } else { 0 };
-    need + bands
+    frames.with(each_pixel) + bands
 }
 
-/// Bytes for writing the results of a match of `frames`, which are in memory no more.
-fn results(frames: Frames) -> u64 {
-    Frames { count: 0, ..frames }.with(RESULTS)
+/// Bytes for blocks of `frames`, one after the other, and for their results.
+fn of_blocks(block: Frames, frames: Frames, options: &MatchOptions) -> u64 {
+    let results = Frames { count: 0, ..frames }.with(RESULTS);
+    results.max(of_rows(block, BLOCK, options) + JOINED * frames.pixels())
 }
 
 /// Most bytes that a calibration takes, with the `frames` of a scan and `others`: the number of dark, flat

@@ -68,6 +68,36 @@ fn a_packed_volume_gives_the_results_of_the_images_until_it_is_of_something_else
 }
 
 #[test]
+fn memory_decides_where_frames_are_and_not_what_comes_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    import_all(path, "seq");
+    let blocks = ["--as-captured", "--block-rows", "40"];
+    let matched =
+        |out: &str, more: &[&str]| said(path, &[&["match", "seq", "--out", out], &blocks[..], more].concat());
+    let note = matched("held", &["--memory", "4GiB"]);
+    assert!(!note.contains("packed") && !path.join("seq/volume.zarr").exists(), "{note}");
+    succeeds(path, &["pack", "seq", "--as-captured"]);
+    let note = matched("read", &[]);
+    assert!(!note.contains("not used"), "{note}");
+    same_maps(&path.join("held"), &path.join("read"));
+    fails(
+        path,
+        &["match", "seq", "--out", "none", "--memory", "1MB"],
+        2,
+        &["--memory allows 1 MB", "give it more"],
+    );
+    fails(path, &["match", "seq", "--out", "none", "--memory", "1"], 2, &["not a size of memory", "2GiB"]);
+    fails(
+        path,
+        &["match", "seq", "--out", "none", "--block-rows", "0"],
+        2,
+        &["the number of rows of a block is 0"],
+    );
+    assert!(!path.join("none").exists());
+}
+
+#[test]
 fn frames_of_an_array_are_imported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

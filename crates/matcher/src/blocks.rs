@@ -18,7 +18,7 @@ use super::lines::EpiLines;
 use super::maps::DisparityMaps;
 use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::stations::{Overview, costs_of_row, matched, overview, prepared};
-use super::validity::area::{Area, rim_px, span};
+use super::validity::area::{Area, LARGEST_CELL_PX, rim_px, span};
 pub use block_progress::BlockProgress;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
@@ -26,13 +26,11 @@ use epirig_core::volume::{Volume, VolumeShape};
 use joined::Joined;
 
 /// Bytes that frames and maps of a block take.
-const BLOCK_BYTES: usize = 768 << 20;
+const BLOCK_BYTES: usize = 576 << 20;
 /// Bytes that the maps of a match take for each pixel, as measured.
 const MAP_BYTES: usize = 96;
 /// A block has at least so many rows beside its rim, so that most of the work is not done twice.
 const LEAST_ROWS: usize = 256;
-/// Blocks of several begin at multiples of this.
-const ALIGNMENT: usize = 64;
 
 /// Pieces of the picture that the overview is taken from: the range survey looks at one row in the middle of each.
 const STRIPS: usize = 24;
@@ -42,7 +40,11 @@ impl MatchOptions {
     fn rows_of_a_block(&self, rows: usize, columns: usize, sample_bytes: usize) -> usize {
         self.block_rows.unwrap_or_else(|| {
             let fit = BLOCK_BYTES / (columns * (sample_bytes + MAP_BYTES)).max(1);
-            if rows <= fit { rows.max(1) } else { fit.saturating_sub(2 * rim_px(self)).max(LEAST_ROWS) }
+            match rows <= fit {
+                true => rows.max(1),
+                // Blocks and their rims begin and end with cells.
+                false => fit.saturating_sub(2 * (rim_px(self) + LARGEST_CELL_PX)).max(LEAST_ROWS),
+            }
         })
     }
 
@@ -50,7 +52,7 @@ impl MatchOptions {
     /// all frames: those of a [block](Blocks) with its rim, or all.
     pub fn rows_at_once(&self, rows: usize, columns: usize, sample_bytes: usize) -> usize {
         let answered = self.rows_of_a_block(rows, columns, sample_bytes);
-        if answered >= rows { rows } else { (answered + ALIGNMENT + 2 * (rim_px(self) + 1)).min(rows) }
+        if answered >= rows { rows } else { (answered + 2 * (rim_px(self) + LARGEST_CELL_PX)).min(rows) }
     }
 }
 
@@ -150,7 +152,8 @@ impl Blocks {
     fn divided(&self, used: Range<usize>) -> Vec<Range<usize>> {
         let of_frame = self.frames * self.sample_bytes;
         let most = self.options.rows_of_a_block(used.len(), self.columns, of_frame);
-        let aligned = if self.options.block_rows.is_some() || used.len() <= most { 1 } else { ALIGNMENT };
+        let aligned =
+            if self.options.block_rows.is_some() || used.len() <= most { 1 } else { LARGEST_CELL_PX };
         let count = used.len().div_ceil(most).max(1);
         let height = used.len().div_ceil(count).next_multiple_of(aligned).max(1);
         let first = used.start / aligned * aligned;

@@ -80,7 +80,7 @@ impl PackedVolume {
     /// # Panics
     /// If the rows lie outside the volume.
     pub fn rows(&self, rows: Range<usize>, progress: &dyn Progress) -> Result<Volume, PackedError> {
-        self.pieces(&[rows], progress)
+        self.pieces(std::slice::from_ref(&rows), progress)
     }
 
     /// These rows of all frames, in their order. `progress` counts the frames.
@@ -104,7 +104,8 @@ impl PackedVolume {
         let tau = Tau::equidistant(2).map_err(|error| PackedError::contradiction(&self.folder, error))?;
         let mut volume = self.shape.of_frames(tau);
         volume.set_frame_gain(0, self.shape.frame_gains[t]);
-        put(&volume.filling(), 0, &self.frame(t, &[0..self.shape.rows])?, self.shape.fine)?;
+        let all = 0..self.shape.rows;
+        put(&volume.filling(), 0, &self.frame(t, std::slice::from_ref(&all))?, self.shape.fine)?;
         Ok(volume)
     }
 

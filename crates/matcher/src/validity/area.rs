@@ -12,6 +12,10 @@ use crate::maps::DisparityMaps;
 use crate::options::{MatchError, MatchOptions};
 use epirig_core::grid::Grid;
 
+/// Side of the largest cells that pixels are joined to, in px: eight pixels of half the resolution. Cells of a part are
+/// those of the whole picture, because other cells give other answers, by a fifth of their sigma.
+pub(crate) const LARGEST_CELL_PX: usize = 16;
+
 /// The part of the picture that is matched.
 #[derive(Debug, Clone)]
 pub(crate) struct Area {
@@ -44,9 +48,9 @@ impl Area {
             return Err(MatchError::EmptyMask);
         };
         let rim = rim_px(options);
-        // A first look joins rows and columns in pairs, which are to be those of the whole picture.
         let widened = |used: Range<usize>, count: usize| {
-            (used.start.saturating_sub(rim) & !1)..((used.end + rim).next_multiple_of(2)).min(count)
+            let (start, end) = (used.start.saturating_sub(rim), used.end + rim);
+            start / LARGEST_CELL_PX * LARGEST_CELL_PX..end.next_multiple_of(LARGEST_CELL_PX).min(count)
         };
         let rows_matched = widened(used_rows, rows);
         let mut part = Grid::filled(rows_matched.len(), columns, false);
@@ -77,12 +81,12 @@ impl Area {
     }
 }
 
-/// How far beyond a pixel lies what influences its answer, in px: the largest disc around it, those
-/// around the pixels in that disc, as the second step starts from what they found, and the search's
-/// window around these. Half-widths of the search's window count twice, because windows may lie to
-/// one side.
+/// How far beyond a pixel lies what influences its answer, in px: the largest disc around it, and the search's
+/// window around the pixels in that disc. Half-widths of the search's window count twice, because windows may lie
+/// to one side. What pixels farther away do to the guesses in the disc is not seen: a guess is where the line is
+/// linearised, no more.
 pub(crate) fn rim_px(options: &MatchOptions) -> usize {
-    2 * largest_disc_px() + options.window_px
+    largest_disc_px() + options.window_px
 }
 
 /// From the first to the last of some places; `None` without any.
@@ -106,10 +110,11 @@ mod tests {
         let rim = rim_px(&options);
         let mask = inside(400, 500, |x, y| (x, y) == (201, 190) || (x, y) == (250, 211));
         let area = Area::new(&mask, 400, 500, &options).unwrap();
-        assert!(area.rows.start <= 190 - rim && area.rows.start >= 190 - rim - 1, "{:?}", area.rows);
-        assert!(area.rows.end > 211 + rim && area.rows.end <= 211 + rim + 2, "{:?}", area.rows);
+        let cell = LARGEST_CELL_PX;
+        assert!(area.rows.start <= 190 - rim && area.rows.start > 190 - rim - cell, "{:?}", area.rows);
+        assert!(area.rows.end > 211 + rim && area.rows.end <= 211 + rim + cell, "{:?}", area.rows);
         assert!(area.columns.start <= 201 - rim && area.columns.end > 250 + rim, "{:?}", area.columns);
-        assert_eq!((area.rows.start % 2, area.columns.start % 2), (0, 0));
+        assert_eq!((area.rows.start % cell, area.columns.start % cell), (0, 0));
         // At the borders it ends.
         let all = Area::new(&inside(9, 11, |_, _| true), 9, 11, &options).unwrap();
         assert_eq!((all.rows, all.columns), (0..9, 0..11));
