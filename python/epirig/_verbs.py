@@ -189,7 +189,7 @@ def import_images(
     link: bool = False,
     progress: Progress | None = None,
 ) -> Sequence:
-    """Import images, a video or a Zarr array of other software as a sequence.
+    """Import images, a video or a Zarr array as a sequence.
 
     The same as ``epirig import``.
 

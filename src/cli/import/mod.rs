@@ -19,7 +19,7 @@ use epirig_data::sequence::FrameKind;
 use epirig_data::sequence::import::Imported;
 pub(super) use prepared::Afterwards;
 
-/// Import images, a video or a Zarr array of other software as a sequence
+/// Import images, a video or a Zarr array as a sequence
 ///
 /// The images are not changed. Colour is converted to grey, which is reported and recorded. Images are sorted
 /// by name, in natural order: frame_9 before frame_10.
