@@ -16,8 +16,8 @@ use epirig_core::volume::Volume;
 
 /// Disparity of every pixel of the reference frame, as [`Matcher::matched`] finds it.
 ///
-/// With [`Method::Normalised`] the frames are copied; a [`Matcher`] that is given the only volume normalises
-/// them in their place.
+/// With [`Method::Normalised`](super::Method::Normalised) the frames are copied; a [`Matcher`] that is given the
+/// only volume normalises them in their place.
 ///
 /// # Errors
 /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
