@@ -35,6 +35,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod bands;
 pub mod calibrate;
 pub mod capture;
 pub mod cli;

@@ -39,11 +39,16 @@ pub(super) fn arranged(program: Command, extent: Extent) -> Command {
     let after = after(&program);
     match extent {
         Extent::Whole => program.after_help(after),
-        Extent::Screen => program
+        Extent::Screen => FOR_INSTALLERS
+            .into_iter()
+            .fold(program, |program, verb| program.mut_subcommand(verb, |verb| verb.hide(true)))
             .help_template(OVERVIEW)
-            .after_help("`epirig VERB -h` explains a verb. `epirig --help` has exit codes and examples."),
+            .after_help("`epirig VERB -h` explains a verb. `epirig --help` has all verbs, exit codes, examples."),
     }
 }
+
+/// The verbs for who installs or packages the program, which the screen does not have.
+const FOR_INSTALLERS: [&str; 3] = ["licences", "completions", "manual"];
 
 /// The verbs, without the options of the program.
 const OVERVIEW: &str = "{about-with-newline}\n{usage-heading} {usage}\n\n{subcommands}{after-help}";

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::bands::{BandArguments, BandStep, Planned, survey};
 use super::match_arguments::MatchArguments;
 use super::memory_limit::MemoryArgument;
 use super::need::{Held, check_match, frames_of, held};
@@ -18,6 +19,7 @@ use crate::results::{
 };
 use epirig_calibration::photometry::Maps;
 use epirig_core::choice::Choice as _;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
@@ -60,6 +62,8 @@ pub(super) struct Match {
     #[command(flatten)]
     memory: MemoryArgument,
     #[command(flatten)]
+    bands: BandArguments,
+    #[command(flatten)]
     matching: MatchArguments,
 }
 
@@ -77,33 +81,83 @@ fn classes() -> String {
 impl Match {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let options = self.matching.options();
+        let step = self.bands.step();
+        if let Some(BandStep::Band(_) | BandStep::Merge) = step {
+            if !self.matching.are_usual() {
+                return Err(CliError::usage(
+                    "the options of the match are those of the plan; give them with --survey, and none here",
+                ));
+            }
+            let planned = Planned::open(&self.seq, talk)?;
+            return match step {
+                Some(BandStep::Band(band)) => planned.match_band(band, talk),
+                _ => self.merge(&planned, talk),
+            };
+        }
         let sequence = self.anyway.open(&self.seq, talk)?;
         let calibration = if self.as_captured { None } else { read_calibration(&sequence)? };
         self.tell_calibration(&sequence, calibration.is_some(), talk);
         let used = calibration.as_ref();
         let frames = frames_of(&sequence, used);
         let (rows, columns) = (frames.rows, frames.columns);
-        if let Some(row) = self.figure_row.filter(|&row| row >= rows) {
-            let last = rows - 1;
-            return Err(CliError::usage(format!("there is no row {row} to draw; the last is {last}")));
-        }
         options.check(rows, columns, frames.count)?;
         let region = self.region.region(rows, columns, talk)?;
-        if let (Some(row), Some(inside)) = (self.figure_row, region.inside(rows, columns))
-            && !inside.row(row).contains(&true)
-        {
-            return Err(CliError::usage(format!(
-                "row {row} cannot be drawn, because no pixel of it is inside; give --figure-row another one"
-            )));
+        if let Some(BandStep::Survey(bands)) = step {
+            let asked = (&options, &region);
+            return survey((&sequence, &self.seq), used, asked, (bands, self.overwrite), talk);
         }
-        let out = self.out.unwrap_or_else(|| self.seq.join("results"));
+        self.check_figure_row(rows, region.inside(rows, columns).as_ref())?;
+        let out = self.out();
         let folder = ResultsFolder::create(&out, ResultsKind::Match, self.overwrite)?;
-        let surface = out.join("surface");
-        let drops_surface = surface.exists();
         check_match(frames, &options, self.memory.limit, talk)?;
         let view = View { figure_row: self.figure_row, truth: None };
         let measurement =
             match_frames(&sequence, used, (&options, &region), (view, self.memory.limit), &folder, talk)?;
+        self.end(&measurement, &sequence, used, folder, talk)
+    }
+
+    /// Joins the bands of a plan.
+    fn merge(&self, planned: &Planned, talk: &Talk) -> Result<(), CliError> {
+        let (rows, inside) = planned.asked();
+        self.check_figure_row(rows, inside.as_ref())?;
+        let folder = ResultsFolder::create(&self.out(), ResultsKind::Match, self.overwrite)?;
+        let view = View { figure_row: self.figure_row, truth: None };
+        let measurement = planned.merge(view, &folder, talk)?;
+        self.end(&measurement, &planned.sequence, planned.calibration.as_ref(), folder, talk)
+    }
+
+    /// Folder of the results.
+    fn out(&self) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| self.seq.join("results"))
+    }
+
+    /// Refuses a row for the figures that frames of so many rows do not have, or that has no pixel `inside`.
+    fn check_figure_row(&self, rows: usize, inside: Option<&Grid<bool>>) -> Result<(), CliError> {
+        let Some(row) = self.figure_row else { return Ok(()) };
+        if row >= rows {
+            let last = rows - 1;
+            return Err(CliError::usage(format!("there is no row {row} to draw; the last is {last}")));
+        }
+        match inside.is_none_or(|inside| inside.row(row).contains(&true)) {
+            true => Ok(()),
+            false => Err(CliError::usage(format!(
+                "row {row} cannot be drawn, because no pixel of it is inside; give --figure-row another one"
+            ))),
+        }
+    }
+
+    /// Puts the results in `folder` in place, and tells them.
+    fn end(
+        &self,
+        measurement: &Measurement,
+        sequence: &Sequence,
+        calibration: Option<&(Calibration, Maps)>,
+        folder: ResultsFolder,
+        talk: &Talk,
+    ) -> Result<(), CliError> {
+        let out = self.out();
+        let surface = out.join("surface");
+        let drops_surface = surface.exists();
         folder.commit()?;
         if drops_surface {
             talk.say(&format!(
@@ -112,13 +166,13 @@ impl Match {
                 quoted(&self.seq)
             ));
         }
-        advise(&measurement, &sequence, used, talk);
+        advise(measurement, sequence, calibration, talk);
         let has_answers = measurement.summary.median_disparity_px.is_some();
         talk.result(&measurement.summary, || {
             let picture = format!("look at {}\n", quoted(&out.join(names::DISPARITY)));
-            describe(&measurement) + if has_answers { &picture } else { "" }
+            describe(measurement) + if has_answers { &picture } else { "" }
         })?;
-        refuse_no_answer(&measurement, &sequence, used, &out)
+        refuse_no_answer(measurement, sequence, calibration, &out)
     }
 
     /// Reports whether a calibration is applied, if there is one or could be one.

@@ -1,5 +1,6 @@
 //! The command line: one file per verb, without logic of its own.
 
+mod bands;
 mod calibrate;
 mod caller;
 mod camera;
@@ -54,7 +55,9 @@ mod run;
 mod scan;
 mod scan_end;
 mod simulate;
+mod slurm;
 mod stage;
+mod submit;
 mod surface;
 mod target;
 mod threads;
@@ -159,6 +162,7 @@ verbs! {
     Rectify = rectify::Rectify,
     Pack = pack::Pack,
     Match = matching::Match,
+    Submit = submit::Submit,
     Surface = surface::Surface,
     Evaluate = evaluate::Evaluate,
     Compare = compare::Compare,

@@ -39,6 +39,14 @@ pub(super) fn held(frames: Frames, options: &MatchOptions, limit: Option<u64>) -
     if whole <= limit || packed_match_need(frames, options) >= whole { Held::InMemory } else { Held::Packed }
 }
 
+/// Most bytes that a match takes whose frames are where they should be to take `limit` bytes.
+pub(super) fn need_within(frames: Frames, options: &MatchOptions, limit: u64) -> u64 {
+    match held(frames, options, Some(limit)) {
+        Held::InMemory => match_need(frames, options),
+        Held::Packed => packed_match_need(frames, options),
+    }
+}
+
 /// Refuses a match that does not fit into memory, or takes more than `limit` bytes, and suggests one that fits.
 pub(super) fn check_match(
     frames: Frames,

@@ -27,6 +27,9 @@ pub(super) fn tell_results(summary: &MatchSummary, talk: &Talk) {
 }
 
 impl AnywayArgument {
+    /// Wrong positions were accepted before.
+    pub(super) const ACCEPTED: Self = Self { anyway: true };
+
     /// Opens a sequence. Refuses a scan whose positions are wrong, unless the option accepts them, and one
     /// whose records contradict its rig. Reports the end of a scan that is not complete.
     pub(super) fn open(self, folder: &Path, talk: &Talk) -> Result<Sequence, CliError> {

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::bands::BandError;
 use crate::calibrate::CalibrateError;
 use crate::report::ReportError;
 use crate::results::{ResultsError, ResultsMismatch};
@@ -26,6 +27,9 @@ pub enum PipelineError {
     /// The packed volume cannot be written or read.
     #[error(transparent)]
     Packed(#[from] PackedError),
+    /// Its bands cannot be planned, matched or merged.
+    #[error(transparent)]
+    Bands(#[from] BandError),
     /// It cannot be matched.
     #[error(transparent)]
     Match(#[from] MatchError),
@@ -58,6 +62,7 @@ impl Fault for PipelineError {
             Self::Sequence(error) => error.blame(),
             Self::Calibrate(error) => error.blame(),
             Self::Packed(error) => error.blame(),
+            Self::Bands(error) => error.blame(),
             Self::Match(error) | Self::Halves(SplitHalfError::Match(error)) => error.blame(),
             Self::Results(error) => error.blame(),
             Self::Report(error) => error.blame(),

@@ -1,11 +1,16 @@
 //! The frames of a match: all in memory, or packed and read a block of rows at a time.
 
+use std::ops::Range;
+use std::path::Path;
+use std::time::Instant;
+
 use tracing::{info, info_span};
 
 use super::error::PipelineError;
 use super::load::{load_packed, load_unpacked};
 use super::packed::packed_volume;
 use super::photograph::volume_frame;
+use crate::bands::{BandError, Parts};
 use crate::calibrate::{Calibration, matched_shape};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
@@ -14,7 +19,7 @@ use epirig_core::volume::{Volume, VolumeShape};
 use epirig_data::packed::PackedVolume;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::inspect::{Candidates, CostTable};
-use epirig_matcher::{BlockProgress, Blocks, DisparityMaps, MatchError, Matcher};
+use epirig_matcher::{BlockProgress, Blocks, DisparityMaps, MatchError, Matcher, Overview};
 
 /// The frames of a match.
 pub(super) struct MatchInput {
@@ -91,22 +96,50 @@ impl MatchInput {
 }
 
 impl ReadyInput {
-    /// The maps.
-    pub(super) fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, PipelineError> {
+    /// The maps. Those of blocks are kept in `folder` until all are matched.
+    pub(super) fn matched(
+        &self,
+        folder: &Path,
+        progress: &dyn Progress,
+    ) -> Result<DisparityMaps, PipelineError> {
         let (packed, blocks) = match self {
             Self::Memory(matcher) => return Ok(matcher.matched(progress)?),
             Self::Packed(packed, blocks) => (packed, blocks),
         };
+        let parts = Parts::within(folder);
         let overview = blocks.overview(&packed.some_rows(&blocks.overview_rows(), progress)?, progress)?;
-        let told = BlockProgress::begin(progress, blocks);
-        let of_block = |block: usize| {
+        self.match_blocks(0..blocks.count(), Some(overview), &parts, progress)?;
+        joined_parts(&parts, blocks).map(|(maps, _)| maps)
+    }
+
+    /// Matches these blocks, whose maps become `parts`. What holds for the whole picture is `known`, unless it is one
+    /// block.
+    pub(super) fn match_blocks(
+        &self,
+        wanted: Range<usize>,
+        known: Option<Overview>,
+        parts: &Parts,
+        progress: &dyn Progress,
+    ) -> Result<(), PipelineError> {
+        let begun = Instant::now();
+        let (packed, blocks) = match self {
+            Self::Memory(matcher) => {
+                let (maps, rows) = (matcher.matched(progress)?, matcher.blocks().answered_rows(0));
+                let maps = maps.of_rows(rows.clone());
+                return Ok(parts.put(0, rows, &maps, begun.elapsed().as_secs_f64())?);
+            }
+            Self::Packed(packed, blocks) => (packed, blocks),
+        };
+        let told = BlockProgress::begin(progress, blocks, wanted.clone());
+        for block in wanted {
+            let begun = Instant::now();
             let needed = packed.rows(blocks.needed_rows(block), &Uncounted(progress))?;
             told.next_block();
-            Ok::<_, PipelineError>(blocks.matched(block, needed, Some(overview), &told)?)
-        };
-        let maps = blocks.joined((0..blocks.count()).map(of_block))?;
+            let maps = blocks.matched(block, needed, known, &told)?;
+            parts.put(block, blocks.answered_rows(block), &maps, begun.elapsed().as_secs_f64())?;
+        }
         told.finish();
-        Ok(maps)
+        Ok(())
     }
 
     /// Costs of all candidates of row `y` when `maps` were found.
@@ -124,4 +157,15 @@ impl ReadyInput {
             }
         }
     }
+}
+
+/// The maps of the picture from the parts of all blocks, and the seconds that their match took.
+pub(super) fn joined_parts(parts: &Parts, blocks: &Blocks) -> Result<(DisparityMaps, f64), PipelineError> {
+    let mut seconds = 0.0;
+    let maps = blocks.joined((0..blocks.count()).map(|block| {
+        let (maps, took) = parts.take(block, blocks).map_err(|fault| BandError::Part { block, fault })?;
+        seconds += took;
+        Ok::<_, PipelineError>(maps)
+    }))?;
+    Ok((maps, seconds))
 }

@@ -1,5 +1,6 @@
 //! From a sequence to its calibration and its results: the steps in order.
 
+mod bands;
 mod calibration;
 mod compare;
 mod error;
@@ -23,6 +24,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use tracing::{info, info_span};
 
+pub use bands::{BandDone, match_band, merge_bands, missing_bands, survey_bands};
 pub use calibration::calibrate_sequence;
 
 use crate::calibrate::Calibration;
@@ -31,9 +33,10 @@ use crate::results::{MatchSummary, Region, ResultMap, ResultsFolder, class_of, n
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
+use epirig_core::volume::VolumeShape;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::inspect::EpiLines;
-use epirig_matcher::{Blocks, DisparityMaps, MatchOptions, Validity};
+use epirig_matcher::{Blocks, DisparityMaps, MatchError, MatchOptions, Validity};
 use epirig_surface::{Heights, heights};
 
 pub use compare::{
@@ -44,10 +47,10 @@ pub use geometry::geometry;
 pub use halves::{half_frames, half_heights};
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
 pub use load::load;
-use match_input::MatchInput;
+use match_input::{MatchInput, ReadyInput};
 pub use need::{
-    Frames, calibration_need, capture_need, frames_that_fit, halves_need, import_need, match_need,
-    packed_match_need, rectification_need, surface_need,
+    Frames, band_need, calibration_need, capture_need, frames_that_fit, halves_need, import_need, match_need,
+    merge_need, packed_match_need, rectification_need, surface_need,
 };
 pub use opened::{OpenedResults, open_results};
 pub use packed::{PACKED, Packed, pack_sequence, packed_volume};
@@ -87,47 +90,45 @@ pub struct View<'a> {
 pub fn measure(
     sequence: &Sequence,
     calibration: Option<&(Calibration, Maps)>,
+    asked: (&MatchOptions, &Region),
+    view: View<'_>,
+    folder: &ResultsFolder,
+    progress: &dyn Progress,
+) -> Result<Measurement, PipelineError> {
+    let matched = |input: &ReadyInput| {
+        let begun = Instant::now();
+        let maps = input.matched(&folder.working_folder()?, progress)?;
+        Ok((maps, begun.elapsed().as_secs_f64()))
+    };
+    written(sequence, calibration, asked, view, matched, folder, progress)
+}
+
+/// Writes all results of a match into `folder`. `matched` gives its maps, and the seconds that they took.
+fn written(
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
     (options, region): (&MatchOptions, &Region),
     View { figure_row, truth }: View<'_>,
+    matched: impl FnOnce(&ReadyInput) -> Result<(DisparityMaps, f64), PipelineError>,
     folder: &ResultsFolder,
     progress: &dyn Progress,
 ) -> Result<Measurement, PipelineError> {
     let recorded = calibration.map(|(calibration, _)| calibration);
-    let mut inside = None;
-    let input = MatchInput::of(
-        sequence,
-        calibration,
-        |shape| {
-            let seen =
-                recorded.filter(|found| found.has_motion()).map(|found| found.mapping.seen(&found.poses()));
-            let blocks = Blocks::new(shape, options.clone())?;
-            let blocks = match &seen {
-                Some(seen) => blocks.showing(shown_columns(seen))?,
-                None => blocks,
-            };
-            inside = both(region.inside(shape.rows, shape.columns), seen);
-            match &inside {
-                Some(inside) => blocks.within(inside),
-                None => Ok(blocks),
-            }
-        },
-        progress,
-    )?;
+    let blocks = |shape: &VolumeShape| asked_blocks(shape, recorded, options, region);
+    let input = MatchInput::of(sequence, calibration, blocks, progress)?;
     let calibration = recorded;
-    let is_shown = |y: &usize| inside.as_ref().is_none_or(|inside| inside.row(*y).contains(&true));
+    let is_shown = |y: &usize| input.blocks().inside().is_none_or(|inside| inside.row(*y).contains(&true));
     let shown: Vec<usize> = (0..input.blocks().rows()).filter(is_shown).collect();
     let middle = shown.get(shown.len() / 2).copied().unwrap_or_default();
     let y = figure_row.filter(|row| shown.contains(row)).unwrap_or(middle);
     let epi = input.epi(y, progress)?;
-    let begun = Instant::now();
     let span = info_span!("matching").entered();
     let reference = input.blocks().reference();
     let photograph = photograph::as_far_as_seen(input.photograph(reference)?, reference, calibration);
     let input = input.ready();
-    let maps = input.matched(progress)?;
+    let (maps, seconds) = matched(&input)?;
     let (candidates, costs) = input.row_costs(y, &maps, progress)?;
     drop(input);
-    let seconds = begun.elapsed().as_secs_f64();
     info!(seconds, answered = maps.share(Validity::Found), reference = maps.reference, "matched");
     drop(span);
     let heights = info_span!("surface").in_scope(|| {
@@ -157,6 +158,27 @@ pub fn measure(
     progress.end();
     info!("results packed");
     Ok(Measurement { maps, heights, summary })
+}
+
+/// The blocks of a match of frames of this `shape`, whose pixels in `region` are asked for, as far as all frames show
+/// them.
+fn asked_blocks(
+    shape: &VolumeShape,
+    calibration: Option<&Calibration>,
+    options: &MatchOptions,
+    region: &Region,
+) -> Result<Blocks, MatchError> {
+    let moving = calibration.filter(|found| found.has_motion());
+    let seen = moving.map(|found| found.mapping.seen(&found.poses()));
+    let blocks = Blocks::new(shape, options.clone())?;
+    let blocks = match &seen {
+        Some(seen) => blocks.showing(shown_columns(seen))?,
+        None => blocks,
+    };
+    match both(region.inside(shape.rows, shape.columns), seen) {
+        Some(inside) => blocks.within(&inside),
+        None => Ok(blocks),
+    }
 }
 
 /// The pixels of two parts of a picture, each all of it if there is none.

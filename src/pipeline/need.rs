@@ -6,6 +6,7 @@
 
 use crate::calibrate::{MatchedFrames, PositionSource};
 use epirig_calibration::texture_motion;
+use epirig_core::volume::VolumeShape;
 use epirig_matcher::MatchOptions;
 
 /// Memory of the program without frames, and of each of its threads, in bytes.
@@ -14,11 +15,12 @@ const THREAD: u64 = 16 << 20;
 /// Maps and images of a match, in bytes per pixel.
 const MATCH: u64 = 172;
 const FIRST_LOOK: u64 = 132;
-/// The same of a block of rows, whose results are written later, in bytes per pixel of the block; and in bytes per
-/// pixel of all: the maps, and what writing the results takes.
+/// The same of a block of rows, whose results are written later, in bytes per pixel of the block; and what writing the
+/// results takes, in bytes per pixel of all.
 const BLOCK: u64 = 100;
-const JOINED: u64 = 17;
 const RESULTS: u64 = 44;
+/// The maps of a match whose blocks are joined in memory.
+const JOINED: u64 = 17;
 /// The same of a calibration, of a rectification, and of a surface.
 const CALIBRATION: u64 = 50;
 const RECTIFICATION: u64 = 26;
@@ -43,6 +45,12 @@ pub struct Frames {
 }
 
 impl Frames {
+    /// Those of a volume of this shape.
+    pub fn of(shape: &VolumeShape) -> Self {
+        let sample_bytes = if shape.stored_bit_depth() > 8 { 2 } else { 1 };
+        Self { count: shape.tau.frames(), rows: shape.rows, columns: shape.columns, sample_bytes }
+    }
+
     fn pixels(self) -> u64 {
         self.rows as u64 * self.columns as u64
     }
@@ -67,7 +75,7 @@ fn threads() -> u64 {
 pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
     match at_once(frames, options) {
         all if all == frames => of_rows(frames, if options.quick { FIRST_LOOK } else { MATCH }, options),
-        block => of_blocks(block, frames, options) + frames.bytes(),
+        _ => packed_match_need(frames, options) + JOINED * frames.pixels() + frames.bytes(),
     }
 }
 
@@ -75,7 +83,7 @@ pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
 pub fn packed_match_need(frames: Frames, options: &MatchOptions) -> u64 {
     match at_once(frames, options) {
         all if all == frames => match_need(frames, options),
-        block => of_blocks(block, frames, options),
+        _ => band_need(frames, options).max(merge_need(frames, options)),
     }
 }
 
@@ -92,10 +100,21 @@ fn of_rows(frames: Frames, each_pixel: u64, options: &MatchOptions) -> u64 {
     frames.with(each_pixel) + bands
 }
 
-/// Bytes for blocks of `frames`, one after the other, and for their results.
-fn of_blocks(block: Frames, frames: Frames, options: &MatchOptions) -> u64 {
-    let results = Frames { count: 0, ..frames }.with(RESULTS);
-    results.max(of_rows(block, BLOCK, options) + JOINED * frames.pixels())
+/// Most bytes that matching a band of `frames` takes: its blocks one after the other.
+pub fn band_need(frames: Frames, options: &MatchOptions) -> u64 {
+    match at_once(frames, options) {
+        all if all == frames => match_need(frames, options),
+        block => of_rows(block, BLOCK, options),
+    }
+}
+
+/// Most bytes that merging the bands of `frames` takes.
+pub fn merge_need(frames: Frames, options: &MatchOptions) -> u64 {
+    match at_once(frames, options) {
+        // Then the frames are in memory.
+        all if all == frames => match_need(frames, options),
+        _ => Frames { count: 0, ..frames }.with(RESULTS),
+    }
 }
 
 /// Most bytes that a calibration takes, with the `frames` of a scan and `others`: the number of dark, flat

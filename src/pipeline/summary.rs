@@ -9,6 +9,9 @@ use epirig_matcher::inspect::EpiLines;
 use epirig_matcher::{DisparityMaps, MatchOptions, Validity};
 use epirig_surface::Heights;
 
+/// The program and its version, as records have it.
+pub(super) const PROGRAM: &str = concat!("epirig ", env!("CARGO_PKG_VERSION"));
+
 /// The numbers of `match.json`; `calibration` is what the frames were corrected with.
 pub(super) fn summarise(
     sequence: &Sequence,
@@ -25,7 +28,7 @@ pub(super) fn summarise(
     let (object, object_answered) = of_object(maps);
     MatchSummary {
         format: ResultsKind::Match.format(),
-        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        program: PROGRAM.to_owned(),
         sequence_uid: sequence.record().uid.clone(),
         scan_ended: sequence.ended().to_owned(),
         frames_blake3: InputHashes::of(sequence).frames,

@@ -97,6 +97,16 @@ impl ResultsFolder {
         })
     }
 
+    /// Makes a folder for what is needed until the results are written, on the same disk. It is removed with this.
+    ///
+    /// # Errors
+    /// [`ResultsError`] if it cannot be made.
+    pub fn working_folder(&self) -> Result<PathBuf, ResultsError> {
+        let folder = self.scratch.path().join(WORKING);
+        RealDisk.make_folder(&folder).map_err(ResultsError::io("make a folder in", &folder))?;
+        Ok(folder)
+    }
+
     fn building(&self) -> PathBuf {
         self.scratch.path().join(BUILDING)
     }
@@ -177,5 +187,6 @@ impl ResultsFolder {
     }
 }
 
-/// Name of the folder in the scratch folder.
+/// Names of the folders in the scratch folder.
 const BUILDING: &str = "results";
+const WORKING: &str = "working";

@@ -1,4 +1,4 @@
-//! Paths as a person can paste them into a shell.
+//! Paths and words as a person can paste them into a shell.
 
 use std::path::Path;
 
@@ -14,11 +14,22 @@ use std::path::Path;
 /// ```
 pub fn quoted(path: &Path) -> String {
     let name = path.display().to_string();
-    let plain = |letter: char| letter.is_alphanumeric() || "_./-+,@%:=".contains(letter);
     // A leading minus would be an option.
-    let name = if name.starts_with('-') { format!("./{name}") } else { name };
-    match !name.is_empty() && name.chars().all(plain) {
-        true => name,
-        false => format!("'{}'", name.replace('\'', r"'\''")),
+    quoted_word(&if name.starts_with('-') { format!("./{name}") } else { name })
+}
+
+/// `word` as a POSIX shell reads it, which may be an option.
+///
+/// ```
+/// use epirig_core::shell::quoted_word;
+///
+/// assert_eq!(quoted_word("--band"), "--band");
+/// assert_eq!(quoted_word("$HOME"), "'$HOME'");
+/// ```
+pub fn quoted_word(word: &str) -> String {
+    let plain = |letter: char| letter.is_alphanumeric() || "_./-+,@%:=".contains(letter);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
     }
 }

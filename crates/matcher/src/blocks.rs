@@ -26,7 +26,7 @@ use epirig_core::volume::{Volume, VolumeShape};
 use joined::Joined;
 
 /// Bytes that frames and maps of a block take.
-const BLOCK_BYTES: usize = 576 << 20;
+const BLOCK_BYTES: usize = 768 << 20;
 /// Bytes that the maps of a match take for each pixel, as measured.
 const MAP_BYTES: usize = 96;
 /// A block has at least so many rows beside its rim, so that most of the work is not done twice.
@@ -186,6 +186,11 @@ impl Blocks {
         &self.options
     }
 
+    /// Whether each pixel of the picture is asked for; `None`: all are.
+    pub fn inside(&self) -> Option<&Grid<bool>> {
+        self.inside.as_ref()
+    }
+
     /// The rows that `block` answers.
     ///
     /// # Panics
@@ -232,12 +237,15 @@ impl Blocks {
             _ => return Vec::new(),
         };
         // Windows around the row in the middle, of costs and of normalised frames, do not reach the next strip.
-        // Half of the height is even, as rows are joined in pairs.
-        let height = (self.options.window_px.max(3) + 12).next_multiple_of(8);
-        if end - first <= STRIPS * height {
+        // A strip is one chunk of a packed volume, or few, and rows are joined in pairs.
+        let height = (self.options.window_px.max(3) + 12).next_multiple_of(LARGEST_CELL_PX);
+        if end - first <= STRIPS * (height + LARGEST_CELL_PX) {
             return (first..end).collect();
         }
-        let begin = |strip: usize| first + strip * (end - first - height) / (STRIPS - 1);
+        let begin = |strip: usize| {
+            let even = first + strip * (end - first - height) / (STRIPS - 1);
+            (even / LARGEST_CELL_PX * LARGEST_CELL_PX).max(first)
+        };
         (0..STRIPS).flat_map(|strip| begin(strip)..begin(strip) + height).collect()
     }
 

@@ -6,12 +6,14 @@
 //! the fit takes the drift for disparity. The error is the same for all pixels of that disparity, so no
 //! average over pixels shows it.
 
+use serde::{Deserialize, Serialize};
+
 /// Number of harmonics of the fraction of a pixel that are measured. The q-th needs texture of at least q -
 /// 1/2 periods per px, which hardly passes a pixel.
 pub(crate) const LOCKING_HARMONICS: usize = 2;
 
 /// Displacement of points by one harmonic of the fraction of a pixel.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LockingHarmonic {
     /// Amplitude, in px, of the error of interpolation, which attenuates texture near two pixels per period;
@@ -27,7 +29,7 @@ pub struct LockingHarmonic {
 }
 
 /// The amplitudes of pixel locking, as measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LockingAmplitudes {
     /// The harmonics, the first first.
@@ -41,7 +43,7 @@ pub struct LockingAmplitudes {
 }
 
 /// The effect of pixel locking on the disparities of a match.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PixelLocking {
     /// The measured amplitudes.

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::candidates::DisparityRange;
 use super::light_change::LightChange;
 use super::locking::PixelLocking;
@@ -18,23 +20,29 @@ epirig_core::choices! {
     }
 }
 
-/// The matcher's result: maps of rows x columns over the pixels of the reference frame.
-#[derive(Debug, Clone, PartialEq)]
+/// The matcher's result: maps of rows x columns over the pixels of the reference frame. Records (serde) have all but
+/// the maps, which have no pixels when it is read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct DisparityMaps {
     /// Disparity in px over the whole baseline, signed; NaN where there is no answer.
+    #[serde(skip, default = "no_pixels")]
     pub disparity: Grid<f32>,
     /// Standard deviation of the disparity in px, from the residuals of the fit; NaN where there is no
     /// answer.
+    #[serde(skip, default = "no_pixels")]
     pub sigma: Grid<f32>,
     /// Cost of the candidate that the search chose, of means of 2 x 2 pixels with
     /// [`MatchOptions::quick`](super::MatchOptions::quick): DN^2 for the variance (of normalised frames: 1/1024 of the
     /// local variance), 1 - correlation otherwise; NaN where it has none.
+    #[serde(skip, default = "no_pixels")]
     pub cost: Grid<f32>,
     /// Confidence of the chosen candidate against the best one elsewhere, 0 to 1; NaN where it has no cost or
     /// no rival.
+    #[serde(skip, default = "no_pixels")]
     pub confidence: Grid<f32>,
     /// Whether there is an answer, and if not, why.
+    #[serde(skip, default = "no_answers")]
     pub validity: Grid<Validity>,
     /// Index of the reference frame.
     pub reference: usize,
@@ -62,7 +70,8 @@ impl DisparityMaps {
     ///
     /// # Panics
     /// If a row lies outside the maps.
-    pub(super) fn of_rows(self, rows: Range<usize>) -> Self {
+    #[must_use]
+    pub fn of_rows(self, rows: Range<usize>) -> Self {
         if rows == (0..self.disparity.rows()) {
             return self;
         }
@@ -74,7 +83,7 @@ impl DisparityMaps {
             cost: cut(&self.cost),
             confidence: cut(&self.confidence),
             validity: self.validity.cropped(columns.clone(), rows.clone()),
-            ..self.header()
+            ..self.without_pixels()
         }
     }
 
@@ -88,14 +97,14 @@ impl DisparityMaps {
     }
 
     /// The same without pixels.
-    pub(super) fn header(&self) -> Self {
-        let none = || Grid::filled(0, 0, f32::NAN);
+    #[must_use]
+    pub fn without_pixels(&self) -> Self {
         Self {
-            disparity: none(),
-            sigma: none(),
-            cost: none(),
-            confidence: none(),
-            validity: Grid::filled(0, 0, Validity::Outside),
+            disparity: no_pixels(),
+            sigma: no_pixels(),
+            cost: no_pixels(),
+            confidence: no_pixels(),
+            validity: no_answers(),
             ..*self
         }
     }
@@ -110,4 +119,12 @@ impl DisparityMaps {
         let rows = 0..self.disparity.rows();
         rows.map(|y| self.disparity.row(y).windows(2).filter(|pair| violates(pair)).count()).sum()
     }
+}
+
+fn no_pixels() -> Grid<f32> {
+    Grid::filled(0, 0, f32::NAN)
+}
+
+fn no_answers() -> Grid<Validity> {
+    Grid::filled(0, 0, Validity::Outside)
 }

@@ -112,6 +112,11 @@ impl Matcher {
         Ok(Self { blocks: self.blocks.showing(shown)?, ..self })
     }
 
+    /// The blocks of rows that are matched one after the other.
+    pub fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
     /// A copy of these rows of the picture.
     fn rows(&self, rows: impl Iterator<Item = usize>) -> Volume {
         let rows: Vec<usize> = rows.map(|y| y - self.kept.start).collect();
@@ -142,7 +147,7 @@ impl Matcher {
             return blocks.joined([blocks.of_prepared(0, &rows, None, progress)]);
         }
         let overview = blocks.overview(&self.rows(blocks.overview_rows().into_iter()), progress)?;
-        let told = BlockProgress::begin(progress, blocks);
+        let told = BlockProgress::begin(progress, blocks, 0..blocks.count());
         let maps = blocks.joined((0..blocks.count()).map(|block| {
             told.next_block();
             blocks.of_prepared(block, &self.prepared_rows(block), Some(overview), &told)

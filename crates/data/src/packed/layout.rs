@@ -11,10 +11,10 @@ use super::PackedError;
 use epirig_core::tau::Tau;
 use epirig_core::volume::VolumeShape;
 
-/// Rows of a chunk. With 64 of 1000 px a ranged read has 64 KB or more, as disks and networks like them.
-pub const CHUNK_ROWS: usize = 64;
+/// Rows of a chunk. A few rows are read without many others; most reads take many chunks, which lie side by side.
+pub const CHUNK_ROWS: usize = 16;
 /// Version of the record.
-pub(super) const FORMAT_VERSION: u32 = 1;
+pub(super) const FORMAT_VERSION: u32 = 2;
 /// The record of a group or array, by the Zarr specification.
 pub(super) const METADATA: &str = "zarr.json";
 /// The array of frames, as OME-NGFF calls the whole resolution.

@@ -1,5 +1,6 @@
 //! Progress of a match of several blocks, told as one.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use super::Blocks;
@@ -30,11 +31,11 @@ struct State {
 }
 
 impl<'a> BlockProgress<'a> {
-    /// Begins to tell `all` of the match of `blocks`.
-    pub fn begin(all: &'a dyn Progress, blocks: &'a Blocks) -> Self {
-        let rows: usize = (0..blocks.count()).map(|block| blocks.needed_rows(block).len()).sum();
-        all.begin(&format!("matching {} blocks of rows", blocks.count()), PASSES * rows as u64);
-        Self { all, blocks, state: Mutex::default() }
+    /// Begins to tell `all` of the match of these `blocks`.
+    pub fn begin(all: &'a dyn Progress, blocks: &'a Blocks, matched: Range<usize>) -> Self {
+        let rows: usize = matched.clone().map(|block| blocks.needed_rows(block).len()).sum();
+        all.begin(&format!("matching {} blocks of rows", matched.len()), PASSES * rows as u64);
+        Self { all, blocks, state: Mutex::new(State { next: matched.start, ..State::default() }) }
     }
 
     /// The next block is matched.

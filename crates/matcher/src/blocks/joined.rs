@@ -61,7 +61,7 @@ fn spread(part: &DisparityMaps, rows: Range<usize>, rows_of_picture: usize) -> D
         cost: none(),
         confidence: none(),
         validity: Grid::filled(rows_of_picture, columns, Validity::Outside),
-        ..part.header()
+        ..part.without_pixels()
     };
     whole.put_rows(rows.start, part);
     whole

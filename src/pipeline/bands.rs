@@ -1,0 +1,264 @@
+//! A match in bands: the survey, the match of a band, and the merge.
+
+use std::ops::Range;
+use std::path::Path;
+use std::time::Instant;
+
+use serde::Serialize;
+use tracing::info_span;
+
+use super::error::PipelineError;
+use super::match_input::{MatchInput, joined_parts};
+use super::need::Frames;
+use super::packed::{PACKED, pack_sequence, packed_volume};
+use super::{Measurement, View, asked_blocks, band_need, merge_need, written};
+use crate::bands::{BandError, BandFolder, BandPlan, BandTask, Memory, PartFault, bands_of};
+use crate::calibrate::{Calibration, InputHashes, matched_shape};
+use crate::results::{Region, ResultsFolder};
+use epirig_calibration::photometry::Maps;
+use epirig_core::grid::Grid;
+use epirig_core::progress::{Progress, Silent};
+use epirig_core::volume::VolumeShape;
+use epirig_data::packed::PackedVolume;
+use epirig_data::sequence::Sequence;
+use epirig_matcher::{Blocks, MatchOptions, Overview};
+
+/// Rows in the middle of the picture whose match tells how long that of a band takes.
+const SAMPLE_ROWS: usize = 32;
+
+type Calibrated = (Calibration, Maps);
+
+/// What is matched in at most so many bands, with the blocks of the match.
+fn task(
+    sequence: &Sequence,
+    calibration: Option<&Calibrated>,
+    (options, region): (&MatchOptions, &Region),
+    bands: impl FnOnce(&Blocks) -> Vec<Range<usize>>,
+) -> Result<(BandTask, Blocks), PipelineError> {
+    let calibration = calibration.map(|(calibration, _)| calibration);
+    let shape = matched_shape(sequence, calibration)?;
+    let blocks = asked_blocks(&shape, calibration, options, region)?;
+    let task = BandTask {
+        program: super::summary::PROGRAM.to_owned(),
+        sequence_uid: sequence.record().uid.clone(),
+        frames_blake3: InputHashes::of(sequence).frames,
+        rows: shape.rows,
+        columns: shape.columns,
+        calibration: calibration.map(Calibration::hash),
+        region: region.rectangle,
+        mask: region.mask.as_ref().map(|mask| mask.facts.clone()),
+        settings: options.clone(),
+        bands: bands(&blocks),
+    };
+    Ok((task, blocks))
+}
+
+/// Plans the match of `sequence` in `bands`, or in as many as it has blocks if these are fewer, and packs the frames
+/// unless it has one block. The plan is written into `folder`; one of the same match that is there stays.
+///
+/// # Errors
+/// [`PipelineError`] of the first step that fails; [`BandError::OtherMatch`] if the plan of another match is there and
+/// `overwrite` is not set.
+pub fn survey_bands(
+    sequence: &Sequence,
+    calibration: Option<&Calibrated>,
+    (options, region): (&MatchOptions, &Region),
+    bands: usize,
+    (folder, overwrite): (&Path, bool),
+    progress: &dyn Progress,
+) -> Result<BandFolder, PipelineError> {
+    let (task, blocks) = task(sequence, calibration, (options, region), |blocks| bands_of(blocks, bands))?;
+    if !overwrite {
+        match BandFolder::open(folder) {
+            Ok(there) => {
+                let other = |what| BandError::OtherMatch { folder: folder.to_owned(), what };
+                return difference(&there.plan().task, &task)
+                    .map_or(Ok(there), |what| Err(other(what).into()));
+            }
+            Err(BandError::NoPlan(_)) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    if blocks.count() > 1 {
+        pack_sequence(sequence, calibration, &sequence.folder().join(PACKED), progress)?;
+    }
+    let _span = info_span!("survey").entered();
+    let packed = packed_volume(sequence, calibration, progress)?.filter(|_| blocks.count() > 1);
+    let overview = match &packed {
+        Some(packed) => {
+            Some(blocks.overview(&packed.some_rows(&blocks.overview_rows(), progress)?, progress)?)
+        }
+        None => None,
+    };
+    let recorded = calibration.map(|(calibration, _)| calibration);
+    let shape = matched_shape(sequence, recorded)?;
+    let seconds_of_a_row = match &packed {
+        Some(packed) => Some(seconds_of_a_row(packed, &shape, options, overview)?),
+        None => None,
+    };
+    let rows = |blocks_of: &Range<usize>| {
+        blocks_of.clone().map(|block| blocks.needed_rows(block).len()).sum::<usize>()
+    };
+    let most_rows = task.bands.iter().map(rows).max().unwrap_or_default();
+    let frames = Frames::of(&shape);
+    let plan = BandPlan {
+        format: BandPlan::FORMAT,
+        memory_bytes: Memory { band: band_need(frames, options), merge: merge_need(frames, options) },
+        overview,
+        seconds: seconds_of_a_row.map(|seconds| seconds * most_rows as f64),
+        task,
+    };
+    let mask = region.mask.as_ref().map(|mask| mask.inside.clone());
+    Ok(BandFolder::create(folder, plan, mask)?)
+}
+
+/// Seconds that reading and matching a row takes here, from some in the middle of the picture.
+fn seconds_of_a_row(
+    packed: &PackedVolume,
+    shape: &VolumeShape,
+    options: &MatchOptions,
+    overview: Option<Overview>,
+) -> Result<f64, PipelineError> {
+    let mut inside = Grid::filled(shape.rows, shape.columns, false);
+    let first = shape.rows.saturating_sub(SAMPLE_ROWS) / 2;
+    (first..(first + SAMPLE_ROWS).min(shape.rows)).for_each(|y| inside.row_mut(y).fill(true));
+    let sample = Blocks::new(shape, MatchOptions { block_rows: None, ..options.clone() })?.within(&inside)?;
+    let begun = Instant::now();
+    let rows = sample.needed_rows(0);
+    sample.matched(0, packed.rows(rows.clone(), &Silent)?, overview, &Silent)?;
+    Ok(begun.elapsed().as_secs_f64() / rows.len() as f64)
+}
+
+/// What makes `now` another task than the `planned` one, in words; `None` if it is the same.
+fn difference(planned: &BandTask, now: &BandTask) -> Option<&'static str> {
+    let BandTask { program, sequence_uid, frames_blake3, rows, columns, .. } = planned;
+    let BandTask { calibration, region, mask, settings, bands, .. } = planned;
+    match () {
+        () if *program != now.program => Some("another version of epirig"),
+        () if *sequence_uid != now.sequence_uid => Some("another sequence"),
+        () if *frames_blake3 != now.frames_blake3 => Some("other frames"),
+        () if (*rows, *columns) != (now.rows, now.columns) => Some("frames of another size"),
+        () if *calibration != now.calibration => Some("another calibration"),
+        () if *region != now.region || *mask != now.mask => Some("another region or mask"),
+        () if *settings != now.settings => Some("other options"),
+        () if *bands != now.bands => Some("other bands"),
+        () => None,
+    }
+}
+
+/// The match that `folder` plans, as `sequence` and `calibration` are now.
+fn planned(
+    sequence: &Sequence,
+    calibration: Option<&Calibrated>,
+    folder: &BandFolder,
+) -> Result<(Region, Blocks), PipelineError> {
+    let (plan, region) = (folder.plan(), folder.region());
+    let asked = (&plan.task.settings, &region);
+    let (now, blocks) = task(sequence, calibration, asked, |_| plan.task.bands.clone())?;
+    let folder = || folder.path().to_owned();
+    match difference(&plan.task, &now) {
+        Some(what) => Err(BandError::Changed { folder: folder(), what }.into()),
+        None if plan.task.bands.last().map(|last| last.end) != Some(blocks.count()) => {
+            Err(BandError::Changed { folder: folder(), what: "other blocks" }.into())
+        }
+        None => Ok((region, blocks)),
+    }
+}
+
+/// What was done for a band.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BandDone {
+    /// Its number, from 0.
+    pub band: usize,
+    /// Number of bands.
+    pub bands: usize,
+    /// The rows of the picture that it answers: the first, and the one after the last.
+    pub rows: (usize, usize),
+    /// Blocks whose parts were there already.
+    pub matched_before: usize,
+    /// Blocks that were matched now.
+    pub matched: usize,
+}
+
+/// Matches `band` of the plan in `folder`, and leaves its parts there. Blocks whose parts are there and right are not
+/// matched again.
+///
+/// # Errors
+/// [`BandError::Changed`] if the plan is of something else than what is there now; [`PipelineError`] of the first step
+/// that fails.
+pub fn match_band(
+    sequence: &Sequence,
+    calibration: Option<&Calibrated>,
+    folder: &BandFolder,
+    band: usize,
+    progress: &dyn Progress,
+) -> Result<BandDone, PipelineError> {
+    let (region, blocks) = planned(sequence, calibration, folder)?;
+    let (plan, parts) = (folder.plan(), folder.parts());
+    let of_band = folder.blocks(band)?;
+    let missing: Vec<usize> = of_band.clone().filter(|&block| parts.take(block, &blocks).is_err()).collect();
+    if !missing.is_empty() {
+        if blocks.count() > 1 && packed_volume(sequence, calibration, progress)?.is_none() {
+            return Err(BandError::NotPacked.into());
+        }
+        let recorded = calibration.map(|(calibration, _)| calibration);
+        let asked = |shape: &VolumeShape| asked_blocks(shape, recorded, &plan.task.settings, &region);
+        let input = MatchInput::of(sequence, calibration, asked, progress)?.ready();
+        let _span = info_span!("matching", band).entered();
+        for run in missing.chunk_by(|block, next| block + 1 == *next) {
+            input.match_blocks(run[0]..run[0] + run.len(), plan.overview, parts, progress)?;
+        }
+    }
+    Ok(BandDone {
+        band,
+        bands: plan.task.bands.len(),
+        rows: (blocks.answered_rows(of_band.start).start, blocks.answered_rows(of_band.end - 1).end),
+        matched_before: of_band.len() - missing.len(),
+        matched: missing.len(),
+    })
+}
+
+/// The bands of the plan in `folder` of which a part is missing or not to be used.
+///
+/// # Errors
+/// [`BandError::Changed`] if the plan is of something else than what is there now.
+pub fn missing_bands(
+    sequence: &Sequence,
+    calibration: Option<&Calibrated>,
+    folder: &BandFolder,
+) -> Result<Vec<usize>, PipelineError> {
+    let (_, blocks) = planned(sequence, calibration, folder)?;
+    Ok(faults(folder, &blocks).into_iter().map(|(band, _)| band).collect())
+}
+
+/// The bands of which a part is not to be used, each with the reason.
+fn faults(folder: &BandFolder, blocks: &Blocks) -> Vec<(usize, PartFault)> {
+    let of_band = |of_band: Range<usize>| {
+        of_band.into_iter().find_map(|block| folder.parts().take(block, blocks).err())
+    };
+    let bands = folder.plan().task.bands.iter().cloned().enumerate();
+    bands.filter_map(|(band, blocks)| Some((band, of_band(blocks)?))).collect()
+}
+
+/// Joins the parts of all bands of the plan in `results`, as if one process had matched them: the maps are equal to
+/// the last bit. The caller commits the folder.
+///
+/// # Errors
+/// [`BandError::Incomplete`] with the bands of which a part is missing, damaged or of another plan;
+/// [`BandError::Changed`]; [`PipelineError`] of the first step that fails.
+pub fn merge_bands(
+    sequence: &Sequence,
+    calibration: Option<&Calibrated>,
+    folder: &BandFolder,
+    view: View<'_>,
+    results: &ResultsFolder,
+    progress: &dyn Progress,
+) -> Result<Measurement, PipelineError> {
+    let (region, blocks) = planned(sequence, calibration, folder)?;
+    let faults = faults(folder, &blocks);
+    if !faults.is_empty() {
+        return Err(BandError::Incomplete { bands: folder.plan().task.bands.len(), faults }.into());
+    }
+    let matched = |_: &super::ReadyInput| joined_parts(folder.parts(), &blocks);
+    written(sequence, calibration, (&folder.plan().task.settings, &region), view, matched, results, progress)
+}
