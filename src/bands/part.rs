@@ -122,7 +122,7 @@ mod tests {
 
     /// Maps of a match with answers, pixels without one, and numbers of all kinds in the head.
     fn maps() -> DisparityMaps {
-        let mut volume = Volume::new(24, 64, 8, Tau::equidistant(9).unwrap()).unwrap();
+        let mut volume = Volume::new(24, 64, 8, Tau::equidistant(9).unwrap());
         for t in 0..9 {
             let texture = |i: usize| {
                 let (x, y) = ((i % 64 + t) as f64, (i / 64) as f64);

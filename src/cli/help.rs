@@ -43,7 +43,9 @@ pub(super) fn arranged(program: Command, extent: Extent) -> Command {
             .into_iter()
             .fold(program, |program, verb| program.mut_subcommand(verb, |verb| verb.hide(true)))
             .help_template(OVERVIEW)
-            .after_help("`epirig VERB -h` explains a verb. `epirig --help` has all verbs, exit codes, examples."),
+            .after_help(
+                "`epirig VERB -h` explains a verb. `epirig --help` has all verbs, exit codes, examples.",
+            ),
     }
 }
 

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
 mod bad_input;
+#[cfg(unix)]
+mod bands;
 mod calibrate_command;
 mod camera_commands;
 mod characterise;

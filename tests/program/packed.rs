@@ -8,7 +8,7 @@ use crate::support::{fails, images, names, simulator, succeeds};
 use epirig_core::frame::Samples;
 
 /// All maps of two folders of results are the same bytes.
-fn same_maps(one: &Path, other: &Path) {
+pub(crate) fn same_maps(one: &Path, other: &Path) {
     let maps: Vec<String> = names(one).into_iter().filter(|name| name.ends_with(".tiff")).collect();
     assert!(maps.len() >= 4, "{maps:?}");
     for name in maps {

@@ -123,7 +123,6 @@ SlurmctldPidFile=$state/slurmctld.pid
 SlurmdPidFile=$state/slurmd.pid
 SlurmctldLogFile=$logs/slurmctld.log
 SlurmdLogFile=$logs/slurmd.log
-PlugStackConfig=/dev/null
 MailProg=/bin/true
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
@@ -162,10 +161,12 @@ is_idle() { [ "$(sinfo --noheader --nodes "$node" --format %T 2> "$logs/sinfo.ou
 
 # wait_until WHAT COMMAND...: waits for the command to succeed, while all daemons are there.
 wait_until() {
-  local what=$1
+  local what=$1 daemon
   shift
   until "$@"; do
-    kill -0 "${daemons[@]}" 2> /dev/null || fail "expected that $what, but a daemon has ended"
+    for daemon in "${daemons[@]}"; do
+      kill -0 "$daemon" 2> /dev/null || fail "expected that $what, but a daemon has ended"
+    done
     [ "$SECONDS" -lt "$start_limit_s" ] || fail "expected that $what within $start_limit_s s"
     sleep 0.1
   done
