@@ -20,8 +20,11 @@ from epirig import _native
 
 TARGET = Path(__file__).parent / "epirig" / "_verbs.py"
 Json = dict[str, Any]
+# Values of options that are no parameters.
+Known = dict[str, str]
 
-# Verbs as functions: what each gives, by the value of its option `out`.
+# Verbs as functions: what each gives, by the value of its option `out`. `submit` is not among them: the options that it
+# hands on to `match` are words of the command line, after `--`. The program that the package has runs it.
 FUNCTIONS = {
     "import": ("import_images", "Sequence", "Sequence(out)"),
     "capture": ("capture", "Sequence", "Sequence(out)"),
@@ -46,6 +49,13 @@ METHODS = {
     "surface": ("Surface", "Surface.of(self.folder, results, out, record)"),
     "evaluate": ("dict[str, Any]", "record"),
     "export": ("dict[str, Any]", "record"),
+}
+
+# Steps of a match in bands, as methods: options of `match`, each with those of its own that go only with it.
+STEPS: dict[str, tuple[list[str], str, str, str]] = {
+    "survey": (["bands"], "survey", "dict[str, Any]", "record"),
+    "band": ([], "match_band", "dict[str, Any]", "record"),
+    "merge": ([], "merge", *METHODS["match"]),
 }
 
 # Options that only change what is printed or how the program ends.
@@ -164,6 +174,8 @@ def type_of(option: Json) -> str:
         kind = "str"
     if option["name"] == "reference":
         kind = 'Literal["first", "middle", "last"] | int'
+    elif option["long"] == "memory":
+        kind = "str"
     elif option["kind"] == "text" and "," in (option["value"] or ""):
         kind = "Several[float] | str"
     if not option["many"]:
@@ -221,13 +233,43 @@ def documented(option: Json, indent: int) -> str:
     return "\n".join(lines)
 
 
-def words_of(options: list[Json], indent: int, own: str | None = None) -> str:
+def words_of(options: list[Json], indent: int, known: Known | None = None) -> str:
     lines = []
     for option in options:
         long = f'"--{option["long"]}"' if option["long"] else "None"
-        value = "self.folder" if option["name"] == own else name_of(option)
+        value = (known or {}).get(option["name"]) or name_of(option)
         lines.append(f"{' ' * indent}({long}, {value}, {default_of(option)}),\n")
     return "".join(lines)
+
+
+def without_steps(match: Json) -> Json:
+    """The match in one go."""
+    of_steps = {name for step, (own, *_) in STEPS.items() for name in (step, *own)}
+    return {**match, "options": [option for option in match["options"] if option["name"] not in of_steps]}
+
+
+def step_of(match: Json, name: str) -> Json:
+    """A step of a match in bands as a verb. The options that conflict with it on the command line are not its options."""
+    step = next(option for option in match["options"] if option["name"] == name)
+    # A sentence about another option, as at the end of the help of --survey, belongs there.
+    told, _, about = " ".join(step["help"].split()).partition(". --")
+    other, _, does = about.partition(" ")
+    own = [option for option in match["options"] if option["name"] in STEPS[name][0]]
+    options = [
+        option
+        for option in without_steps(match)["options"]
+        if option["name"] not in step["conflicts"] and name not in option["conflicts"]
+        # What follows the survey takes the options of the match from the plan.
+        and (name == "survey" or option["heading"] != "Matching")
+    ]
+    helps = {option["name"]: option["help"].removeprefix(f"With --{name}: ") for option in own + options}
+    if other:
+        helps[other] = does
+    options = [{**option, "help": text[:1].upper() + text[1:]} for option in own + options for text in [helps[option["name"]]]]
+    said = {**match, "help": told, "said": f"match --{step['long']}"}
+    if step["kind"] == "flag":
+        return {**said, "options": [*options, step], "known": {name: "True"}}
+    return {**said, "options": [{**step, "required": True, "help": "Its number"}, *options]}
 
 
 def function(verb: Json, name: str, gives: str, made: str, method: bool) -> str:
@@ -236,16 +278,19 @@ def function(verb: Json, name: str, gives: str, made: str, method: bool) -> str:
         # A sequence is told where it is.
         options = [{**option, "required": option["required"] or option["name"] == "out"} for option in options]
     places = [option for option in options if option["long"] is None]
-    own_place = places[0]["name"] if method else None
+    known: Known = {**verb.get("known", {}), **({places[0]["name"]: "self.folder"} if method else {})}
     named = [option for option in options if option["long"] is not None]
-    own = [option for option in places + named if option["name"] != own_place]
-    first = [parameter(option) for option in own if option["long"] is None and option["required"]]
+    own = [option for option in places + named if option["name"] not in known]
+    first = [parameter(option) for option in own if (option["long"] is None or option["name"] in STEPS) and option["required"]]
     rest = sorted((parameter(option) for option in own if parameter(option) not in first), key=lambda text: "=" in text)
     indent = 4 if method else 0
     inner = " " * (indent + 4)
     lines = [*(["self"] if method else []), *first, "*", *rest, PROGRESS]
     signature = "".join(f"{inner}{line},\n" for line in lines)
     help_text = in_python(verb["help"]).rstrip(".")
+    if "said" in verb:
+        # Options have longer help than verbs.
+        help_text = textwrap.fill(f'{inner}"""{help_text}', 100, subsequent_indent=inner)[len(inner) + 3 :]
     listed = "".join(documented(option, indent + 4) + "\n" for option in own)
     local = [] if method or gives.startswith("dict") else [f"{inner}from ._sequence import Sequence\n\n"]
     local = local or ([f"{inner}from ._sequence import Sequence\n\n"] if gives == "Sequence" else [])
@@ -253,11 +298,11 @@ def function(verb: Json, name: str, gives: str, made: str, method: bool) -> str:
     return (
         f"{' ' * indent}def {name}(\n{signature}{' ' * indent}) -> {gives}:\n"
         f'{inner}"""{help_text}.\n\n'
-        f"{inner}The same as ``epirig {verb['verb']}``.\n\n"
+        f"{inner}The same as ``epirig {verb.get('said', verb['verb'])}``.\n\n"
         f"{inner}Parameters\n{inner}----------\n{listed}"
         f"{inner}progress\n{inner}    Called with what is done, how many parts of it are done, and of how many.\n"
         f'{inner}"""\n' + "".join(local) + f"{inner}{record}call(\n{inner}    \"{verb['verb']}\",\n{inner}    words(\n"
-        + words_of(places + named, indent + 12, own_place)
+        + words_of(places + named, indent + 12, known)
         + f"{inner}    ),\n{inner}    progress,\n{inner})\n{inner}return {made}\n"
     )
 
@@ -283,8 +328,12 @@ def rig_options(capture: Json) -> str:
 
 def written() -> str:
     verbs = {verb["verb"]: verb for verb in json.loads(_native.verbs())}
+    match = verbs["match"]
+    verbs["match"] = without_steps(match)
     functions = [function(verbs[verb], *facts, method=False) for verb, facts in FUNCTIONS.items()]
     methods = [function(verbs[verb], verb, *facts, method=True) for verb, facts in METHODS.items()]
+    steps = STEPS.items()
+    methods += [function(step_of(match, step), name, gives, made, method=True) for step, (_, name, gives, made) in steps]
     mixin = 'class SequenceVerbs:\n    """The verbs that work on a sequence."""\n\n    folder: Path\n'
     return "\n\n".join([HEAD, match_array(verbs["match"]), *functions, rig_options(verbs["capture"]), "\n".join([mixin, *methods])])
 

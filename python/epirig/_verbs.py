@@ -1967,7 +1967,7 @@ class SequenceVerbs:
         region: Several[float] | str | None = None,
         mask: Place | None = None,
         anyway: bool = False,
-        memory: int | None = None,
+        memory: str | None = None,
         quick: bool = False,
         method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
         range: Several[float] | str | None = None,
@@ -2420,3 +2420,215 @@ class SequenceVerbs:
             progress,
         )
         return record
+
+    def survey(
+        self,
+        *,
+        bands: int | None = None,
+        overwrite: bool = False,
+        as_captured: bool = False,
+        region: Several[float] | str | None = None,
+        mask: Place | None = None,
+        anyway: bool = False,
+        quick: bool = False,
+        method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
+        range: Several[float] | str | None = None,
+        reference: Literal["first", "middle", "last"] | int = "middle",
+        disparity_step: float = 0.25,
+        window: int | None = None,
+        search: Literal["factorised", "exhaustive"] = "factorised",
+        semi_global: bool = False,
+        interpolation: Literal["linear", "cubic", "b-spline"] = "b-spline",
+        ordering_constraint: Literal["on", "off", "auto"] = "auto",
+        occlusion: Literal["none", "one-side", "auto"] = "auto",
+        min_visible: float = 0.5,
+        max_sigma: float = 3,
+        min_confidence: float = 0.03,
+        wanted_sigma: float = 0.003,
+        no_fit: bool = False,
+        block_rows: int | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, Any]:
+        """Plan the match in bands of rows, as SEQ/bands: find what holds for the whole picture, and
+        pack the frames.
+
+        The same as ``epirig match --survey``.
+
+        Parameters
+        ----------
+        bands
+            Number of bands. Without it: as many as there are blocks, see block_rows.
+        overwrite
+            Replaces the plan of another match.
+        as_captured
+            Match the frames as captured, without the calibration of ``epirig calibrate``.
+        region
+            Region of the picture, by two corners in px. Without it: all of it.
+        mask
+            Picture of the same size as the frames, whose pixels above half of full white are used.
+            With region, pixels must lie in both. Without it: all of them.
+        anyway
+            Continue although the scan is not closed and the positions of its frames are wrong.
+        quick
+            First look: takes some 60 % of the time. Uses half of the frames if there are a hundred
+            or more, looks for edges in small discs only, and searches occluding objects at half the
+            resolution, too. Sigma includes what that costs, except for relief finer than the discs;
+            objects narrower than some 20 px may be missed.
+        method
+            Cost function: how the samples along a line are compared.
+            - "variance": Variance of the intensities along the line; needs equal illumination.
+            - "normalised": Variance of locally normalised frames: for light that varies between
+              frames and over the image.
+            - "ncc-first": Correlation of windows with the reference frame's window.
+            - "ncc-mean": Correlation of windows with their mean.
+        range
+            Range of disparities, in px over the whole baseline, such as 420..434 or -60..0. Without
+            it: found from the data.
+        reference
+            The reference frame, whose pixels get a disparity: first, middle, last or an index from
+            0. Most points of the middle frame are seen by most frames; the paper takes the first.
+        disparity_step
+            Step between disparity candidates, in px.
+        window
+            Side of the cost's window, odd, in px. Without it: 3 for variance and normalised, 7 for
+            correlation.
+        search
+            How candidates are searched: by sums over groups of frames, or by every sample as in the
+            paper (always so for correlation).
+            - "factorised": Sums over groups of neighbouring frames serve many candidates: many
+              times faster.
+            - "exhaustive": The samples of all frames for each candidate, as in the paper.
+        semi_global
+            Aggregate costs across rows (semi-global matching): for weak texture on surfaces that
+            continue from row to row. The search takes about twice as long.
+        interpolation
+            Interpolation of frames between pixels in the exhaustive search.
+            - "linear": Straight line between the two neighbours.
+            - "cubic": Cubic convolution over four neighbours (Keys 1981, a = -1/2).
+            - "b-spline": Cubic B-spline through all pixels of the row (Unser 1999), the most
+              accurate.
+        ordering_constraint
+            Whether points keep their order from the first frame to the last.
+            - "on": Points keep their order: the paper's strictly increasing mapping.
+            - "off": Each pixel by itself: for objects that occlude others.
+            - "auto": On, unless the sampled rows show depth edges that no strictly increasing
+              mapping allows.
+        occlusion
+            Whether points may be occluded in part of the sequence.
+            - "none": Nothing is occluded: all frames that contain the candidate count.
+            - "one-side": A point may be occluded before or after the reference frame.
+            - "auto": One side without the ordering constraint, none with it.
+        min_visible
+            Share of the frames that must see a point, above 0 and at most 1.
+        max_sigma
+            Reject pixels whose sigma is larger, in px.
+        min_confidence
+            Reject pixels whose confidence is lower, 0 to 1 (only without the ordering constraint).
+        wanted_sigma
+            Let the discs of the sub-pixel fit grow where they leave a larger sigma than this, in
+            px: up to 115 px. ``float("inf")`` keeps all at one small size.
+        no_fit
+            Interpolate three costs by a parabola instead of the fit over all frames (always so for
+            correlation).
+        block_rows
+            Match this many rows in one go, at most. Without it: as many as take less than 1 GiB,
+            and 256 at least.
+        progress
+            Called with what is done, how many parts of it are done, and of how many.
+        """
+        record: dict[str, Any] = call(
+            "match",
+            words(
+                (None, self.folder, REQUIRED),
+                ("--bands", bands, None),
+                ("--overwrite", overwrite, False),
+                ("--as-captured", as_captured, False),
+                ("--region", region, None),
+                ("--mask", mask, None),
+                ("--anyway", anyway, False),
+                ("--quick", quick, False),
+                ("--method", method, "variance"),
+                ("--range", range, None),
+                ("--reference", reference, "middle"),
+                ("--disparity-step", disparity_step, 0.25),
+                ("--window", window, None),
+                ("--search", search, "factorised"),
+                ("--semi-global", semi_global, False),
+                ("--interpolation", interpolation, "b-spline"),
+                ("--ordering-constraint", ordering_constraint, "auto"),
+                ("--occlusion", occlusion, "auto"),
+                ("--min-visible", min_visible, 0.5),
+                ("--max-sigma", max_sigma, 3),
+                ("--min-confidence", min_confidence, 0.03),
+                ("--wanted-sigma", wanted_sigma, 0.003),
+                ("--no-fit", no_fit, False),
+                ("--block-rows", block_rows, None),
+                ("--survey", True, False),
+            ),
+            progress,
+        )
+        return record
+
+    def match_band(
+        self,
+        band: int,
+        *,
+        progress: Progress | None = None,
+    ) -> dict[str, Any]:
+        """Match one band of the plan, from 0 on, with the options of the plan. What is matched
+        already stays.
+
+        The same as ``epirig match --band``.
+
+        Parameters
+        ----------
+        band
+            Its number.
+        progress
+            Called with what is done, how many parts of it are done, and of how many.
+        """
+        record: dict[str, Any] = call(
+            "match",
+            words(
+                (None, self.folder, REQUIRED),
+                ("--band", band, REQUIRED),
+            ),
+            progress,
+        )
+        return record
+
+    def merge(
+        self,
+        *,
+        out: Place | None = None,
+        overwrite: bool = False,
+        figure_row: int | None = None,
+        progress: Progress | None = None,
+    ) -> Results:
+        """Join all bands of the plan to the results: the same, to the last bit, as without bands.
+
+        The same as ``epirig match --merge``.
+
+        Parameters
+        ----------
+        out
+            Folder of the results. Without it: SEQ/results.
+        overwrite
+            Replace existing results.
+        figure_row
+            Row of the reference frame that the figures show. Without it: the middle one.
+        progress
+            Called with what is done, how many parts of it are done, and of how many.
+        """
+        record: dict[str, Any] = call(
+            "match",
+            words(
+                (None, self.folder, REQUIRED),
+                ("--out", out, None),
+                ("--overwrite", overwrite, False),
+                ("--figure-row", figure_row, None),
+                ("--merge", True, False),
+            ),
+            progress,
+        )
+        return Results(self.folder / "results" if out is None else out, record)

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use epirig::cli::embedded::{Refusal, match_options, refuse_large_match};
 use epirig::results::{ANSWER_CLASSES, class_of};
 use epirig_core::grid::Grid;
-use epirig_matcher::{DisparityMaps, Matcher};
+use epirig_matcher::{Blocks, DisparityMaps, Matcher};
 use numpy::{Element, IntoPyArray as _, PyArray2, PyArrayMethods as _, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde_json::json;
@@ -46,12 +46,13 @@ pub(crate) fn match_array<'py>(
     let inside = inside.and_then(|((rows, columns), values)| Grid::from_values(rows, columns, values));
     let used = options.clone();
     let maps: DisparityMaps = done(py, progress, |told| {
-        let matcher = Matcher::new(stack.into_volume(), options).map_err(Refusal::of)?;
-        let matcher = match &inside {
-            Some(inside) => matcher.within(inside).map_err(Refusal::of)?,
-            None => matcher,
+        let volume = stack.into_volume();
+        let blocks = Blocks::new(&volume.shape(), options).map_err(Refusal::of)?;
+        let blocks = match &inside {
+            Some(inside) => blocks.within(inside).map_err(Refusal::of)?,
+            None => blocks,
         };
-        matcher.matched(&*told).map_err(Refusal::of)
+        Matcher::of_blocks(volume, blocks).matched(&*told).map_err(Refusal::of)
     })?;
     let facts = json!({
         "settings": used,

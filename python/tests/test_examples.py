@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,10 @@ from epirig.testing import simulated_rig
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
-def example(name: str, needs: str) -> str:
+def example(name: str, needs: str, *arguments: str | Path) -> str:
     """What an example prints."""
     pytest.importorskip(needs)
-    ended = subprocess.run([sys.executable, EXAMPLES / name], capture_output=True, text=True, check=False)
+    ended = subprocess.run([sys.executable, EXAMPLES / name, *arguments], capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stderr
     return ended.stdout
 
@@ -36,6 +37,15 @@ def test_a_surface_is_a_mesh() -> None:
     assert "hollows 0.2" in told or "hollows 0.19" in told
     # A tile of 150 mm, less the margins of the match.
     assert "144 x 14" in told, told
+
+
+def test_two_processes_of_dask_match_bands(epirig_scan: Callable[..., epirig.Sequence], tmp_path: Path) -> None:
+    scan = epirig_scan(step_mm=7.5)
+    told = example("dask_bands.py", "distributed", scan.folder, "--block-rows", "48").splitlines()
+    assert sorted(told[:4])[3] == "band 3 of 4: rows 144 .. 191" and told[4].startswith("median disparity 118."), told
+    one, several = scan.match(block_rows=48, out=tmp_path / "one"), scan.results()
+    for name in one.maps:
+        assert np.array_equal(one.map(name), several.map(name), equal_nan=True), name
 
 
 def test_the_notebook_measures_photographs() -> None:

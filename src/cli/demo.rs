@@ -14,7 +14,7 @@ use super::run::{Existing, examine_shortly, measure_frames};
 use super::scan::{Course, Devices, scan};
 use super::surface::measure_surface;
 use super::{CliError, Talk};
-use crate::pipeline::{Frames, Measurement, match_need};
+use crate::pipeline::{Frames, Held, Measurement, match_need};
 use crate::profile::{Draft, Profile, SIM};
 use crate::report::{Chart, MapPicture, Series, ValueRange, Window, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary, names};
@@ -144,7 +144,11 @@ impl Demo {
     fn check_memory(&self, profile: &Profile) -> Result<(), CliError> {
         let (Some(size), Some(count)) = (profile.camera.size, profile.plan.frames) else { return Ok(()) };
         let need = |count: usize, rows: usize, columns: usize| {
-            match_need(Frames { count, rows, columns, sample_bytes: 1 }, &MatchOptions::default())
+            match_need(
+                Frames { count, rows, columns, sample_bytes: 1 },
+                &MatchOptions::default(),
+                Held::InMemory,
+            )
         };
         refuse_more_than_there_is("the demo", need(count, size.rows, size.columns), |available| {
             let smaller = [1024, 768, 512, 384, 256, 128]

@@ -12,10 +12,10 @@ use serde_json::{Value, json};
 
 use super::failure::code;
 use super::match_arguments::MatchArguments;
-use super::need::check_match_in_memory;
+use super::need::check_match_of;
 use super::rig::RigArguments;
 use super::{Cli, CliError, Talk, numbers};
-use crate::pipeline::Frames;
+use crate::pipeline::{Frames, Held};
 use crate::profile::Profile;
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Silent;
@@ -117,7 +117,7 @@ pub fn match_options(words: impl IntoIterator<Item = OsString>) -> Result<MatchO
 /// # Errors
 /// [`Refusal`], with the text of the command line.
 pub fn refuse_large_match(frames: Frames, options: &MatchOptions) -> Result<(), Refusal> {
-    check_match_in_memory(frames, options, &Talk::to_caller(Arc::new(Silent))).map_err(Refusal::from)
+    check_match_of(frames, options, Held::InMemory, &Talk::to_caller(Arc::new(Silent))).map_err(Refusal::from)
 }
 
 /// All verbs with their options, for those who write them down in another language:
@@ -126,11 +126,12 @@ pub fn refuse_large_match(frames: Frames, options: &MatchOptions) -> Result<(), 
 /// [{"verb": "match", "help": "...", "options": [
 ///   {"name": "min_visible", "long": "min-visible", "kind": "number", "default": "0.5", "choices": [],
 ///    "value": "SHARE", "heading": "Matching", "required": false, "hidden": false, "many": false,
-///    "help": "..."}]}]
+///    "conflicts": [], "help": "..."}]}]
 /// ```
 ///
 /// `choices` are objects of `name` and `help`; `long` is null for an argument without a name; `kind` is
-/// one of `flag`, `number`, `whole`, `path`, `range` and `text`.
+/// one of `flag`, `number`, `whole`, `path`, `range` and `text`. `conflicts` are names of options that cannot be given
+/// with this one; each pair is named by one of the two, at least.
 pub fn verbs() -> Value {
     let program = Cli::command();
     let verb = |verb: &Command| {
@@ -138,13 +139,13 @@ pub fn verbs() -> Value {
         json!({
             "verb": verb.get_name(),
             "help": verb.get_about().map(ToString::to_string),
-            "options": options.map(option).collect::<Vec<_>>(),
+            "options": options.map(|option| described(verb, option)).collect::<Vec<_>>(),
         })
     };
     program.get_subcommands().map(verb).collect()
 }
 
-fn option(option: &Arg) -> Value {
+fn described(verb: &Command, option: &Arg) -> Value {
     let takes_values = option.get_action().takes_values();
     let default = option.get_default_values().first().map(|value| value.to_string_lossy().into_owned());
     let choice = |value: &PossibleValue| {
@@ -154,6 +155,8 @@ fn option(option: &Arg) -> Value {
     let choices = if takes_values { option.get_possible_values() } else { Vec::new() };
     let many = matches!(option.get_action(), ArgAction::Append)
         || option.get_num_args().is_some_and(|range| range.max_values() > 1);
+    let conflicts = verb.get_arg_conflicts_with(option);
+    let conflicts: Vec<&str> = conflicts.iter().map(|other| other.get_id().as_str()).collect();
     json!({
         "name": option.get_id().as_str(),
         "long": option.get_long(),
@@ -165,6 +168,7 @@ fn option(option: &Arg) -> Value {
         "required": option.is_required_set(),
         "hidden": option.is_hide_set(),
         "many": many,
+        "conflicts": conflicts,
         "help": option.get_long_help().or_else(|| option.get_help()).map(ToString::to_string),
     })
 }
@@ -253,5 +257,6 @@ mod tests {
         assert_eq!(find("range")["kind"], "range");
         assert_eq!(find("seq")["required"], true);
         assert_eq!(find("method")["choices"][0]["name"], "variance");
+        assert_eq!(find("quick")["conflicts"], json!(["wanted_sigma"]));
     }
 }

@@ -1,20 +1,23 @@
 //! `epirig evaluate`.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::{ArgGroup, Args};
 use serde::Serialize;
 
 use super::match_arguments::MatchArguments;
-use super::need::{check, close_others, frames_of};
+use super::matching::pack_if_large;
+use super::memory_limit::MemoryArgument;
+use super::need::{check, close_others, frames_of, refuse_more_than_allowed};
 use super::region::RegionArguments;
 use super::scan_end::{AnywayArgument, tell_results};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
-use crate::pipeline::{Frames, OpenedResults, load, match_need, open_results};
+use crate::pipeline::{OpenedResults, evaluation_need, frames_to_match, open_results};
 use crate::results::{Region, read_map};
-use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
+use epirig_matcher::RowSource;
 use epirig_matcher::evaluate::{
     BothWaysReport, Differences, ErrorStatistics, SplitHalfReport, TruthReport, both_ways,
     compare_with_truth, leave_out, split_half,
@@ -42,7 +45,7 @@ pub(super) struct Evaluate {
     /// Folder of the sequence
     seq: PathBuf,
     /// True disparity of the same reference frame, in px: .pfm, .tiff or .npy
-    #[arg(long, value_name = "FILE", conflicts_with = "MatchArguments")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["MatchArguments", "MemoryArgument"])]
     truth: Option<PathBuf>,
     /// Folder of the results to compare [default: SEQ/results]
     #[arg(long, value_name = "DIR", requires = "truth")]
@@ -61,6 +64,8 @@ pub(super) struct Evaluate {
     #[command(flatten)]
     anyway: AnywayArgument,
     #[command(flatten)]
+    memory: MemoryArgument,
+    #[command(flatten)]
     matching: MatchArguments,
 }
 
@@ -75,11 +80,11 @@ impl Evaluate {
             return self.leave_out(every, talk);
         }
         if self.split_half {
-            let report = split_half(&self.volume(talk)?, &self.matching.options(), talk)?;
+            let report = split_half(&self.frames(talk)?, &self.matching.options(), talk)?;
             return talk.result(&report, || split_half_table(&report));
         }
         if self.both_ways {
-            let report = both_ways(&self.volume(talk)?, &self.matching.options(), talk)?;
+            let report = both_ways(&self.frames(talk)?, &self.matching.options(), talk)?;
             return talk.result(&report, || both_ways_table(&report));
         }
         let Some(truth_file) = &self.truth else {
@@ -114,18 +119,27 @@ impl Evaluate {
         talk.result(&TruthOutput { truth: &report }, || table(&report))
     }
 
-    fn volume(&self, talk: &Talk) -> Result<Volume, CliError> {
+    /// The frames: packed first, if they are more than memory should hold.
+    fn frames(&self, talk: &Talk) -> Result<Arc<dyn RowSource>, CliError> {
         let sequence = self.anyway.open(&self.seq, talk)?;
         let calibration = read_calibration(&sequence)?;
-        // Some checks hold more frames in memory than one match.
+        let options = self.matching.options();
+        let held = pack_if_large(
+            &sequence,
+            calibration.as_ref(),
+            &options,
+            (evaluation_need, self.memory.limit),
+            talk,
+        )?;
         let frames = frames_of(&sequence, calibration.as_ref());
-        let twice = Frames { count: 2 * frames.count, ..frames };
-        check("evaluating", match_need(twice, &self.matching.options()), talk, close_others)?;
-        Ok(load(&sequence, calibration.as_ref(), talk)?)
+        let need = evaluation_need(frames, &options, held);
+        refuse_more_than_allowed("evaluating", need, self.memory.limit)?;
+        check("evaluating", need, talk, close_others)?;
+        Ok(frames_to_match(&sequence, calibration.as_ref(), &options, talk)?)
     }
 
     fn leave_out(&self, every: usize, talk: &Talk) -> Result<(), CliError> {
-        let (report, _) = leave_out(&self.volume(talk)?, every, &self.matching.options(), talk)?;
+        let (report, _) = leave_out(&self.frames(talk)?, every, &self.matching.options(), talk)?;
         talk.result(&report, || {
             format!(
                 "left out           {} frames\n\

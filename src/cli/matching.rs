@@ -7,13 +7,15 @@ use clap::Args;
 use super::bands::{BandArguments, BandStep, Planned, survey};
 use super::match_arguments::MatchArguments;
 use super::memory_limit::MemoryArgument;
-use super::need::{Held, check_match, frames_of, held};
+use super::need::{Need, check_match, frames_of, held};
 use super::no_answer::{cause, no_answer};
 use super::region::RegionArguments;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, Calibration, read_calibration};
-use crate::pipeline::{Measurement, PACKED, PipelineError, View, measure, pack_sequence, packed_volume};
+use crate::pipeline::{
+    Held, Measurement, PACKED, PipelineError, View, match_need, measure, pack_sequence, where_frames_are,
+};
 use crate::results::{
     ANSWER_CLASSES, MatchSummary, Region, ResultMap, ResultsFolder, ResultsKind, class_of, names,
 };
@@ -197,27 +199,29 @@ impl Match {
     }
 }
 
-/// Packs frames that are more than memory should hold, unless they are packed.
-fn pack_if_large(
+/// Packs frames with which something would take more memory than `limit` bytes, or than half of what is free, unless they
+/// are packed. Where they are then.
+pub(super) fn pack_if_large(
     sequence: &Sequence,
     calibration: Option<&(Calibration, Maps)>,
     options: &MatchOptions,
-    limit: Option<u64>,
+    (need, limit): (Need, Option<u64>),
     talk: &Talk,
-) -> Result<(), CliError> {
+) -> Result<Held, CliError> {
     let frames = frames_of(sequence, calibration);
-    if held(frames, options, limit) == Held::InMemory
-        || packed_volume(sequence, calibration, &Silent)?.is_some()
-    {
-        return Ok(());
+    if where_frames_are(sequence, calibration, options, &Silent)? == Held::Packed {
+        return Ok(Held::Packed);
     }
-    let out = sequence.folder().join(PACKED);
-    talk.say(&format!(
-        "note: the frames are packed as {} first, because they are more than memory should hold; it may be removed afterwards",
-        quoted(&out)
-    ));
-    pack_sequence(sequence, calibration, &out, talk)?;
-    Ok(())
+    let held = held(need, frames, options, limit);
+    if held == Held::Packed {
+        let out = sequence.folder().join(PACKED);
+        talk.say(&format!(
+            "note: the frames are packed as {} first, because they are more than memory should hold; it may be removed afterwards",
+            quoted(&out)
+        ));
+        pack_sequence(sequence, calibration, &out, talk)?;
+    }
+    Ok(held)
 }
 
 /// Matches the frames into `folder`, with `limit` bytes of memory or half of what is free. Without a range of disparities the failure tells what they show of the motion.
@@ -229,7 +233,7 @@ pub(super) fn match_frames(
     folder: &ResultsFolder,
     talk: &Talk,
 ) -> Result<Measurement, CliError> {
-    pack_if_large(sequence, calibration, asked.0, limit, talk)?;
+    pack_if_large(sequence, calibration, asked.0, (match_need, limit), talk)?;
     let measured = measure(sequence, calibration, asked, view, folder, talk);
     if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
         let what = "no range of disparities is significant in the data";

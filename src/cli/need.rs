@@ -3,7 +3,7 @@
 use super::{CliError, Talk};
 use crate::calibrate::Calibration;
 use crate::memory::{Available, Bound, available};
-use crate::pipeline::{Frames, frames_that_fit, match_need, packed_match_need};
+use crate::pipeline::{Frames, Held, frames_that_fit, match_need};
 use epirig_calibration::photometry::Maps;
 use epirig_core::fault::Blame;
 use epirig_data::sequence::Sequence;
@@ -24,27 +24,14 @@ pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&(Calibration, 
     }
 }
 
-/// Where the frames of a match are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Held {
-    InMemory,
-    /// On disk as an array: they are more than memory should hold.
-    Packed,
-}
+/// Most bytes that something takes, by where its frames are.
+pub(super) type Need = fn(Frames, &MatchOptions, Held) -> u64;
 
-/// Where the frames of a match should be, so that it takes `limit` bytes of memory, or half of what is free.
-pub(super) fn held(frames: Frames, options: &MatchOptions, limit: Option<u64>) -> Held {
-    let whole = match_need(frames, options);
+/// Where the frames should be, so that what has this `need` takes `limit` bytes of memory, or half of what is free.
+pub(super) fn held(need: Need, frames: Frames, options: &MatchOptions, limit: Option<u64>) -> Held {
+    let [whole, packed] = [Held::InMemory, Held::Packed].map(|held| need(frames, options, held));
     let limit = limit.or_else(|| Some(available()?.bytes / 2)).unwrap_or(u64::MAX);
-    if whole <= limit || packed_match_need(frames, options) >= whole { Held::InMemory } else { Held::Packed }
-}
-
-/// Most bytes that a match takes whose frames are where they should be to take `limit` bytes.
-pub(super) fn need_within(frames: Frames, options: &MatchOptions, limit: u64) -> u64 {
-    match held(frames, options, Some(limit)) {
-        Held::InMemory => match_need(frames, options),
-        Held::Packed => packed_match_need(frames, options),
-    }
+    if whole <= limit || packed >= whole { Held::InMemory } else { Held::Packed }
 }
 
 /// Refuses a match that does not fit into memory, or takes more than `limit` bytes, and suggests one that fits.
@@ -54,45 +41,42 @@ pub(super) fn check_match(
     limit: Option<u64>,
     talk: &Talk,
 ) -> Result<(), CliError> {
-    let need = match held(frames, options, limit) {
-        Held::InMemory => match_need,
-        Held::Packed => packed_match_need,
+    let held = held(match_need, frames, options, limit);
+    let need = match_need(frames, options, held);
+    refuse_more_than_allowed("matching", need, limit)?;
+    check_match_of(frames, options, held, talk)
+}
+
+/// Refuses `what` if it needs more than the `limit` of --memory.
+pub(super) fn refuse_more_than_allowed(what: &str, need: u64, limit: Option<u64>) -> Result<(), CliError> {
+    let refused = |limit| {
+        let (need, limit) = (size(need), size(limit));
+        CliError::usage(format!(
+            "{what} needs up to {need} of memory at least, and --memory allows {limit}; give it more"
+        ))
     };
-    if let Some(limit) = limit.filter(|&limit| need(frames, options) > limit) {
-        return Err(CliError::usage(format!(
-            "matching needs up to {} of memory at least, and --memory allows {}; give it more",
-            size(need(frames, options)),
-            size(limit)
-        )));
-    }
-    check_need(frames, options, need, talk)
+    limit.filter(|&limit| need > limit).map_or(Ok(()), |limit| Err(refused(limit)))
 }
 
-/// The same for frames that are in memory already.
-pub(super) fn check_match_in_memory(
+/// The same for frames that are where `held` says.
+pub(super) fn check_match_of(
     frames: Frames,
     options: &MatchOptions,
+    held: Held,
     talk: &Talk,
 ) -> Result<(), CliError> {
-    check_need(frames, options, match_need, talk)
-}
-
-fn check_need(
-    frames: Frames,
-    options: &MatchOptions,
-    need: impl Fn(Frames, &MatchOptions) -> u64,
-    talk: &Talk,
-) -> Result<(), CliError> {
-    check("matching", need(frames, options), talk, |available| {
-        let first_look = need(frames, &options.clone().quick());
-        let fewer = frames_that_fit(frames, available.bytes, |frames| need(frames, options)).map(|count| {
+    let need = match_need(frames, options, held);
+    check("matching", need, talk, |available| {
+        let first_look = match_need(frames, &options.clone().quick(), held);
+        let fewer = frames_that_fit(frames, available.bytes, |frames| match_need(frames, options, held));
+        let fewer = fewer.map(|count| {
             format!(
                 "{count} of the {} frames would fit (`epirig import --frames` takes a part)",
                 frames.count
             )
         });
         let part = match () {
-            () if first_look <= available.bytes && first_look < need(frames, options) => {
+            () if first_look <= available.bytes && first_look < need => {
                 format!("`--quick` needs {}", size(first_look))
             }
             () => fewer.unwrap_or_else(|| "no smaller part would fit".to_owned()),
@@ -161,11 +145,11 @@ mod tests {
     fn frames_that_are_more_than_memory_should_hold_are_packed() {
         let options = MatchOptions::default();
         let large = Frames { count: 100, rows: 3648, columns: 5472, sample_bytes: 1 };
-        assert_eq!(held(large, &options, Some(8 << 30)), Held::InMemory);
-        assert_eq!(held(large, &options, Some(2 << 30)), Held::Packed);
-        assert!(packed_match_need(large, &options) < 11 << 27);
+        assert_eq!(held(match_need, large, &options, Some(8 << 30)), Held::InMemory);
+        assert_eq!(held(match_need, large, &options, Some(2 << 30)), Held::Packed);
+        assert!(match_need(large, &options, Held::Packed) < 1 << 30);
         // Packing frames of a single block would save nothing.
         let small = Frames { rows: 500, columns: 700, ..large };
-        assert_eq!(held(small, &options, Some(1 << 20)), Held::InMemory);
+        assert_eq!(held(match_need, small, &options, Some(1 << 20)), Held::InMemory);
     }
 }

@@ -6,12 +6,12 @@ use clap::Args;
 use serde::Serialize;
 
 use super::bands::Planned;
-use super::need::{frames_of, need_within};
+use super::need::{frames_of, held};
 use super::slurm::{Job, SlurmOption, parse_option, sent};
 use super::{CliError, Talk};
 use crate::bands::BandFolder;
 use crate::calibrate::read_calibration;
-use crate::pipeline::missing_bands;
+use crate::pipeline::{match_need, missing_bands};
 use crate::results::{ResultsFolder, ResultsKind};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
@@ -166,7 +166,9 @@ impl Submit {
             }
             let sequence = Sequence::open(path)?;
             let frames = frames_of(&sequence, read_calibration(&sequence)?.as_ref());
-            job.memory = job.memory.max(need_within(frames, &MatchOptions::default(), WHOLE));
+            let options = MatchOptions::default();
+            let held = held(match_need, frames, &options, Some(WHOLE));
+            job.memory = job.memory.max(match_need(frames, &options, held));
             let samples = (frames.rows * frames.columns * frames.count) as f64;
             job.seconds = job.seconds.max(SLOWER * SAMPLE * samples);
             job.tasks.push(text(path)?);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::choice::choice;
+use super::matching::pack_if_large;
 use super::need::{check, close_others};
 use super::numbers::mm;
 use super::region::{RegionArguments, four};
@@ -186,7 +187,10 @@ fn halves(
     opened: &OpenedResults,
     talk: &Talk,
 ) -> Result<Option<[HalfHeights; 2]>, CliError> {
-    let need = halves_need(half_frames(sequence, opened));
+    let options = opened.matched.options();
+    let calibration = opened.calibration.as_ref();
+    let held = pack_if_large(sequence, calibration, &options, (halves_need, None), talk)?;
+    let need = halves_need(half_frames(sequence, opened), &options, held);
     check("matching halves of the frames", need, talk, close_others)?;
     let found = match half_heights(sequence, opened, talk) {
         Err(error @ (PipelineError::Sequence(_) | PipelineError::Halves(_)))

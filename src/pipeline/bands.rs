@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -11,6 +12,7 @@ use super::error::PipelineError;
 use super::match_input::{MatchInput, joined_parts};
 use super::need::Frames;
 use super::packed::{PACKED, pack_sequence, packed_volume};
+use super::packed_source::PackedSource;
 use super::{Measurement, View, asked_blocks, band_need, merge_need, written};
 use crate::bands::{BandError, BandFolder, BandPlan, BandTask, Memory, PartFault, bands_of};
 use crate::calibrate::{Calibration, InputHashes, matched_shape};
@@ -19,9 +21,8 @@ use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::{Progress, Silent};
 use epirig_core::volume::VolumeShape;
-use epirig_data::packed::PackedVolume;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::{Blocks, MatchOptions, Overview};
+use epirig_matcher::{Blocks, MatchOptions, Matcher, Overview, RowSource};
 
 /// Rows in the middle of the picture whose match tells how long that of a band takes.
 const SAMPLE_ROWS: usize = 32;
@@ -83,19 +84,16 @@ pub fn survey_bands(
         pack_sequence(sequence, calibration, &sequence.folder().join(PACKED), progress)?;
     }
     let _span = info_span!("survey").entered();
-    let packed = packed_volume(sequence, calibration, progress)?.filter(|_| blocks.count() > 1);
-    let overview = match &packed {
-        Some(packed) => {
-            Some(blocks.overview(&packed.some_rows(&blocks.overview_rows(), progress)?, progress)?)
-        }
-        None => None,
-    };
     let recorded = calibration.map(|(calibration, _)| calibration);
     let shape = matched_shape(sequence, recorded)?;
-    let seconds_of_a_row = match &packed {
-        Some(packed) => Some(seconds_of_a_row(packed, &shape, options, overview)?),
-        None => None,
-    };
+    let packed = packed_volume(sequence, calibration, progress)?.filter(|_| blocks.count() > 1);
+    let (mut overview, mut seconds_of_row) = (None, None);
+    if let Some(packed) = packed {
+        let source: Arc<dyn RowSource> = Arc::new(PackedSource(packed));
+        overview = Matcher::of_source(Arc::clone(&source), blocks.clone(), progress)?.overview(progress)?;
+        let asked = MatchOptions { block_rows: None, ..options.clone() };
+        seconds_of_row = Some(seconds_of_a_row(source, asked, overview)?);
+    }
     let rows = |blocks_of: &Range<usize>| {
         blocks_of.clone().map(|block| blocks.needed_rows(block).len()).sum::<usize>()
     };
@@ -105,7 +103,7 @@ pub fn survey_bands(
         format: BandPlan::FORMAT,
         memory_bytes: Memory { band: band_need(frames, options), merge: merge_need(frames, options) },
         overview,
-        seconds: seconds_of_a_row.map(|seconds| seconds * most_rows as f64),
+        seconds: seconds_of_row.map(|seconds| seconds * most_rows as f64),
         task,
     };
     let mask = region.mask.as_ref().map(|mask| mask.inside.clone());
@@ -114,19 +112,19 @@ pub fn survey_bands(
 
 /// Seconds that reading and matching a row takes here, from some in the middle of the picture.
 fn seconds_of_a_row(
-    packed: &PackedVolume,
-    shape: &VolumeShape,
-    options: &MatchOptions,
+    source: Arc<dyn RowSource>,
+    options: MatchOptions,
     overview: Option<Overview>,
 ) -> Result<f64, PipelineError> {
-    let mut inside = Grid::filled(shape.rows, shape.columns, false);
-    let first = shape.rows.saturating_sub(SAMPLE_ROWS) / 2;
-    (first..(first + SAMPLE_ROWS).min(shape.rows)).for_each(|y| inside.row_mut(y).fill(true));
-    let sample = Blocks::new(shape, MatchOptions { block_rows: None, ..options.clone() })?.within(&inside)?;
+    let VolumeShape { rows, columns, .. } = source.shape();
+    let mut inside = Grid::filled(rows, columns, false);
+    let first = rows.saturating_sub(SAMPLE_ROWS) / 2;
+    (first..(first + SAMPLE_ROWS).min(rows)).for_each(|y| inside.row_mut(y).fill(true));
+    let blocks = Blocks::new(&source.shape(), options)?.within(&inside)?;
     let begun = Instant::now();
-    let rows = sample.needed_rows(0);
-    sample.matched(0, packed.rows(rows.clone(), &Silent)?, overview, &Silent)?;
-    Ok(begun.elapsed().as_secs_f64() / rows.len() as f64)
+    let matcher = Matcher::of_source(source, blocks, &Silent)?;
+    matcher.match_blocks(0..1, overview, &Silent, |_, _| Ok::<_, PipelineError>(()))?;
+    Ok(begun.elapsed().as_secs_f64() / matcher.blocks().needed_rows(0).len() as f64)
 }
 
 /// What makes `now` another task than the `planned` one, in words; `None` if it is the same.
@@ -203,7 +201,7 @@ pub fn match_band(
         }
         let recorded = calibration.map(|(calibration, _)| calibration);
         let asked = |shape: &VolumeShape| asked_blocks(shape, recorded, &plan.task.settings, &region);
-        let input = MatchInput::of(sequence, calibration, asked, progress)?.ready();
+        let input = MatchInput::of(sequence, calibration, asked, progress)?.ready(progress)?;
         let _span = info_span!("matching", band).entered();
         for run in missing.chunk_by(|block, next| block + 1 == *next) {
             input.match_blocks(run[0]..run[0] + run.len(), plan.overview, parts, progress)?;

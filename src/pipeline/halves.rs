@@ -1,6 +1,6 @@
 //! Heights by two halves of the frames, for depths that nothing was selected by.
 
-use super::{Frames, OpenedResults, PipelineError, load};
+use super::{Frames, OpenedResults, PipelineError, frames_to_match};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::evaluate::{SplitHalfError, match_halves};
@@ -24,8 +24,9 @@ pub fn half_heights(
     progress: &dyn Progress,
 ) -> Result<Option<[HalfHeights; 2]>, PipelineError> {
     let Some(heights) = &opened.heights else { return Ok(None) };
-    let volume = load(sequence, opened.calibration.as_ref(), progress)?;
-    match match_halves(&volume, opened.matched.reference, &opened.matched.options(), progress) {
+    let options = opened.matched.options();
+    let frames = frames_to_match(sequence, opened.calibration.as_ref(), &options, progress)?;
+    match match_halves(&frames, opened.matched.reference, &options, progress) {
         Err(SplitHalfError::TooFewFrames(_)) => Ok(None),
         halves => Ok(Some(halves?.map(|half| heights.of_half(&half)))),
     }

@@ -12,6 +12,7 @@ mod match_input;
 mod need;
 mod opened;
 mod packed;
+mod packed_source;
 mod photograph;
 mod points;
 mod rectified;
@@ -49,11 +50,12 @@ pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv
 pub use load::load;
 use match_input::{MatchInput, ReadyInput};
 pub use need::{
-    Frames, band_need, calibration_need, capture_need, frames_that_fit, halves_need, import_need, match_need,
-    merge_need, packed_match_need, rectification_need, surface_need,
+    Frames, Held, band_need, calibration_need, capture_need, evaluation_need, frames_that_fit, halves_need,
+    import_need, match_need, merge_need, rectification_need, surface_need,
 };
 pub use opened::{OpenedResults, open_results};
 pub use packed::{PACKED, Packed, pack_sequence, packed_volume};
+pub use packed_source::{frames_to_match, where_frames_are};
 pub use photograph::{frame_in_dn, matched_frame};
 pub use points::surface_mesh;
 pub use rectified::rectify_sequence;
@@ -125,9 +127,9 @@ fn written(
     let span = info_span!("matching").entered();
     let reference = input.blocks().reference();
     let photograph = photograph::as_far_as_seen(input.photograph(reference)?, reference, calibration);
-    let input = input.ready();
+    let input = input.ready(progress)?;
     let (maps, seconds) = matched(&input)?;
-    let (candidates, costs) = input.row_costs(y, &maps, progress)?;
+    let (candidates, costs) = input.row_costs(y, &maps)?;
     drop(input);
     info!(seconds, answered = maps.share(Validity::Found), reference = maps.reference, "matched");
     drop(span);

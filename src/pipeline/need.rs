@@ -21,6 +21,8 @@ const BLOCK: u64 = 100;
 const RESULTS: u64 = 44;
 /// The maps of a match whose blocks are joined in memory.
 const JOINED: u64 = 17;
+/// The maps of two matches and their differences, in bytes per pixel.
+const EVALUATION: u64 = 100;
 /// The same of a calibration, of a rectification, and of a surface.
 const CALIBRATION: u64 = 50;
 const RECTIFICATION: u64 = 26;
@@ -71,19 +73,23 @@ fn threads() -> u64 {
     std::thread::available_parallelism().map_or(1, |count| count.get() as u64)
 }
 
-/// Most bytes that matching `frames` takes with all of them in memory.
-pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
-    match at_once(frames, options) {
-        all if all == frames => of_rows(frames, if options.quick { FIRST_LOOK } else { MATCH }, options),
-        _ => packed_match_need(frames, options) + JOINED * frames.pixels() + frames.bytes(),
-    }
+/// Where the frames of a match are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Held {
+    /// All of them in memory.
+    InMemory,
+    /// On disk as an array, of which the rows of a block are read.
+    Packed,
 }
 
-/// The same with frames that are [packed](super::pack_sequence): rows are read a block at a time.
-pub fn packed_match_need(frames: Frames, options: &MatchOptions) -> u64 {
-    match at_once(frames, options) {
-        all if all == frames => match_need(frames, options),
-        _ => band_need(frames, options).max(merge_need(frames, options)),
+/// Most bytes that matching `frames` takes.
+pub fn match_need(frames: Frames, options: &MatchOptions, held: Held) -> u64 {
+    let in_blocks = at_once(frames, options) != frames;
+    let by_blocks = || band_need(frames, options).max(merge_need(frames, options));
+    match held {
+        Held::InMemory if in_blocks => by_blocks() + JOINED * frames.pixels() + frames.bytes(),
+        Held::Packed if in_blocks => by_blocks(),
+        _ => of_rows(frames, if options.quick { FIRST_LOOK } else { MATCH }, options),
     }
 }
 
@@ -103,7 +109,7 @@ fn of_rows(frames: Frames, each_pixel: u64, options: &MatchOptions) -> u64 {
 /// Most bytes that matching a band of `frames` takes: its blocks one after the other.
 pub fn band_need(frames: Frames, options: &MatchOptions) -> u64 {
     match at_once(frames, options) {
-        all if all == frames => match_need(frames, options),
+        all if all == frames => match_need(frames, options, Held::InMemory),
         block => of_rows(block, BLOCK, options),
     }
 }
@@ -112,7 +118,7 @@ pub fn band_need(frames: Frames, options: &MatchOptions) -> u64 {
 pub fn merge_need(frames: Frames, options: &MatchOptions) -> u64 {
     match at_once(frames, options) {
         // Then the frames are in memory.
-        all if all == frames => match_need(frames, options),
+        all if all == frames => match_need(frames, options, Held::InMemory),
         _ => Frames { count: 0, ..frames }.with(RESULTS),
     }
 }
@@ -142,10 +148,23 @@ pub fn surface_need(rows: usize, columns: usize) -> u64 {
 }
 
 /// Most bytes that matching two halves of `frames` takes, for the analysis of their surface.
-pub fn halves_need(frames: Frames) -> u64 {
-    // One half is copied and matched at a time, beside all frames; the maps of both stay.
+pub fn halves_need(frames: Frames, options: &MatchOptions, held: Held) -> u64 {
     let half = Frames { count: frames.count / 2 + 1, ..frames };
-    half.with(MATCH) + frames.bytes() + surface_need(frames.rows, frames.columns)
+    // The maps of both halves stay, and are counted with the surface.
+    let surface = surface_need(frames.rows, frames.columns);
+    match held {
+        // One half is copied and matched at a time, beside all frames.
+        Held::InMemory => half.with(MATCH) + frames.bytes() + surface,
+        Held::Packed => band_need(half, options) + surface,
+    }
+}
+
+/// Most bytes that comparing two matches of `frames` takes, or predicting some of them.
+pub fn evaluation_need(frames: Frames, options: &MatchOptions, held: Held) -> u64 {
+    match held {
+        Held::InMemory => match_need(Frames { count: 2 * frames.count, ..frames }, options, held),
+        Held::Packed => band_need(frames, options) + EVALUATION * frames.pixels(),
+    }
 }
 
 /// Most bytes that taking frames of `rows` x `columns` takes; `deep`: more than 8 bit, or averaged.
@@ -172,10 +191,10 @@ mod tests {
     fn a_need_is_that_of_its_frames_and_of_its_maps() {
         let frames = Frames { count: 100, rows: 1000, columns: 1000, sample_bytes: 1 };
         let options = MatchOptions::default();
-        let need = match_need(frames, &options);
-        let of_some = |some| match_need(some, &options);
+        let need = match_need(frames, &options, Held::InMemory);
+        let of_some = |some| match_need(some, &options, Held::InMemory);
         assert!((100_000_000 + 172_000_000..500_000_000).contains(&need), "{need}");
-        assert!(match_need(frames, &options.clone().quick()) < need);
+        assert!(match_need(frames, &options.clone().quick(), Held::InMemory) < need);
         assert_eq!(frames_that_fit(frames, need, of_some), Some(100));
         let fewer = frames_that_fit(frames, need - 50_000_000, of_some);
         assert!(fewer.is_some_and(|count| (50..60).contains(&count)), "{fewer:?}");

@@ -98,6 +98,39 @@ fn memory_decides_where_frames_are_and_not_what_comes_out() {
 }
 
 #[test]
+fn checks_and_surfaces_are_the_same_from_blocks_on_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    import_all(path, "seq");
+    succeeds(path, &["-q", "calibrate", "seq"]);
+    succeeds(path, &["match", "seq", "--block-rows", "40"]);
+    let told = || -> Vec<String> {
+        [&["--split-half"][..], &["--both-ways"], &["--leave-out", "3"]]
+            .into_iter()
+            .map(|check| [&["evaluate", "seq", "--json", "--block-rows", "40"], check].concat())
+            .chain([vec!["surface", "seq", "--json", "--overwrite"]])
+            .map(|arguments| {
+                let mut told: serde_json::Value = serde_json::from_str(&succeeds(path, &arguments)).unwrap();
+                // The report tells when it was made.
+                told.as_object_mut().unwrap().remove("files");
+                told.to_string()
+            })
+            .collect()
+    };
+    let held = told();
+    succeeds(path, &["pack", "seq"]);
+    let away = path.join("away");
+    // It is the array that is read.
+    fs::rename(path.join("seq/frames"), &away).unwrap();
+    fs::create_dir(path.join("seq/frames")).unwrap();
+    fs::copy(away.join("0000.png"), path.join("seq/frames/0000.png")).unwrap();
+    assert_eq!(told(), held);
+    let words = ["evaluating needs up to", "--memory allows 1 MB"];
+    fails(path, &["evaluate", "seq", "--both-ways", "--memory", "1MB"], 2, &words);
+    fails(path, &["evaluate", "seq", "--truth", "x.pfm", "--memory", "1GB"], 2, &["cannot be used with"]);
+}
+
+#[test]
 fn frames_of_an_array_are_imported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

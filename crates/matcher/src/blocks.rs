@@ -11,19 +11,17 @@ mod joined;
 
 use std::ops::Range;
 
-use super::candidates::Candidates;
-use super::cost::CostTable;
 use super::cost::normalise::NORMALISING_WINDOW_PX;
 use super::lines::EpiLines;
 use super::maps::DisparityMaps;
 use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
-use super::stations::{Overview, costs_of_row, matched, overview, prepared};
+use super::stations::{Overview, matched, overview, prepared};
 use super::validity::area::{Area, LARGEST_CELL_PX, rim_px, span};
-pub use block_progress::BlockProgress;
+pub(super) use block_progress::BlockProgress;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::{Volume, VolumeShape};
-use joined::Joined;
+pub(super) use joined::Joined;
 
 /// Bytes that frames and maps of a block take.
 const BLOCK_BYTES: usize = 768 << 20;
@@ -59,7 +57,9 @@ impl MatchOptions {
 /// The blocks of a match, without the frames.
 ///
 /// ```
-/// use epirig_matcher::{Blocks, MatchOptions, Silent};
+/// use std::sync::Arc;
+///
+/// use epirig_matcher::{Blocks, MatchError, MatchOptions, Matcher, RowSource, Silent};
 /// # use epirig_core::tau::Tau;
 /// # use epirig_core::volume::Volume;
 /// # let mut volume = Volume::new(48, 64, 8, Tau::equidistant(5)?);
@@ -69,15 +69,18 @@ impl MatchOptions {
 /// #     volume.insert(t, &epirig_core::frame::Frame::new(48, 64, 8, samples)?)?;
 /// # }
 /// // Rows may come from wherever they are: here from a volume.
-/// let rows = |rows: &[usize]| volume.selected(rows, &[0, 1, 2, 3, 4], volume.tau().clone());
+/// let source: Arc<dyn RowSource> = Arc::new(volume);
 /// let options = MatchOptions { block_rows: Some(16), ..MatchOptions::default() };
-/// let blocks = Blocks::new(&volume.shape(), options)?;
-/// let overview = blocks.overview(&rows(&blocks.overview_rows()), &Silent)?;
-/// let parts = (0..blocks.count()).map(|block| {
-///     let needed: Vec<usize> = blocks.needed_rows(block).collect();
-///     blocks.matched(block, rows(&needed), Some(overview), &Silent)
-/// });
-/// let maps = blocks.joined(parts)?;
+/// let blocks = Blocks::new(&source.shape(), options)?;
+/// let matcher = Matcher::of_source(source, blocks, &Silent)?;
+/// // Blocks may be matched by several processes, in any order.
+/// let overview = matcher.overview(&Silent)?;
+/// let mut parts = Vec::new();
+/// matcher.match_blocks(0..3, overview, &Silent, |_, maps| {
+///     parts.push(Ok::<_, MatchError>(maps));
+///     Ok::<_, MatchError>(())
+/// })?;
+/// let maps = matcher.blocks().joined(parts)?;
 /// assert_eq!(maps.disparity.rows(), 48);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -231,7 +234,7 @@ impl Blocks {
     }
 
     /// The rows that tell what holds for the whole picture, in their order: strips that are spread over it.
-    pub fn overview_rows(&self) -> Vec<usize> {
+    pub(super) fn overview_rows(&self) -> Vec<usize> {
         let (first, end) = match (self.blocks.first(), self.blocks.last()) {
             (Some(first), Some(last)) => (first.start, last.end),
             _ => return Vec::new(),
@@ -250,35 +253,15 @@ impl Blocks {
     }
 
     /// What holds for the whole picture, from the [rows](Self::overview_rows) of all frames that tell it.
-    ///
-    /// # Errors
-    /// [`MatchError`] if no range was given and none is to be found, or `progress` has cancelled it.
-    pub fn overview(&self, sample: &Volume, progress: &dyn Progress) -> Result<Overview, MatchError> {
-        let sample = prepared(sample.clone(), &self.options);
+    pub(super) fn overview(&self, sample: Volume, progress: &dyn Progress) -> Result<Overview, MatchError> {
+        let sample = prepared(sample, &self.options);
         let lines = self.lines(&sample, self.overview_rows().into_iter());
         overview(&sample, &lines, &self.options, progress)
     }
 
-    /// The maps of the rows that `block` answers, from the [rows](Self::needed_rows) of all frames that it needs. What
-    /// holds for the whole picture is found in these rows if no `overview` is given, as is right for a single block.
-    ///
-    /// # Errors
-    /// [`MatchError`] if the options do not suit the volume, no range was given and none is to be found, or
-    /// `progress` has cancelled the match.
-    ///
-    /// # Panics
-    /// If there is no such block.
-    pub fn matched(
-        &self,
-        block: usize,
-        needed: Volume,
-        overview: Option<Overview>,
-        progress: &dyn Progress,
-    ) -> Result<DisparityMaps, MatchError> {
-        self.of_prepared(block, &prepared(needed, &self.options), overview, progress)
-    }
-
-    /// The same from rows that are [prepared].
+    /// The maps of the rows that `block` answers, from the [rows](Self::needed_rows) of all frames that it needs, which
+    /// are [prepared]. What holds for the whole picture is found in these rows if no `overview` is given, as is right for
+    /// a single block.
     pub(super) fn of_prepared(
         &self,
         block: usize,
@@ -295,17 +278,9 @@ impl Blocks {
     }
 
     /// The rows that the costs of row `y` come from.
-    pub fn rows_of_costs(&self, y: usize) -> Range<usize> {
+    pub(super) fn rows_of_costs(&self, y: usize) -> Range<usize> {
         let reach = LARGEST_WINDOW_PX + NORMALISING_WINDOW_PX;
         y.saturating_sub(reach)..(y + reach + 1).min(self.rows)
-    }
-
-    /// Costs of all candidates of row `y` as they were when `maps` were found, from the
-    /// [rows](Self::rows_of_costs) of all frames that they come from. See [`Matcher::row_costs`](super::Matcher).
-    pub fn row_costs(&self, y: usize, near: Volume, maps: &DisparityMaps) -> (Candidates, CostTable) {
-        let y = y - self.rows_of_costs(y).start;
-        let found = (maps.reference, maps.range, maps.ordering);
-        costs_of_row(&prepared(near, &self.options), y, &self.options, found)
     }
 
     /// The maps of the picture from those of its blocks, in their order, which are asked for one after the other.

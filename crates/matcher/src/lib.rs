@@ -17,11 +17,12 @@ mod profile;
 mod quick;
 mod range;
 mod search;
+mod source;
 mod stack;
 mod stations;
 mod validity;
 
-pub use blocks::{BlockProgress, Blocks};
+pub use blocks::Blocks;
 pub use candidates::DisparityRange;
 pub use cost::interpolation::Interpolation;
 pub use light_change::LightChange;
@@ -32,6 +33,7 @@ pub use options::{
     EQUAL_DISCS_PX, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
     OrderingConstraint, ReferenceFrame, Search,
 };
+pub use source::RowSource;
 #[cfg(feature = "ndarray")]
 pub use stack::Sample;
 pub use stack::{FloatLevels, Stack, StackError};
@@ -43,7 +45,7 @@ pub use epirig_core::frame::{Frame, Samples};
 pub use epirig_core::grid::Grid;
 pub use epirig_core::progress::{Cancel, Progress, Silent};
 pub use epirig_core::tau::{Tau, TauError};
-pub use epirig_core::volume::Volume;
+pub use epirig_core::volume::{Volume, VolumeShape};
 
 /// What the search saw at a pixel: for figures that explain a match, and not needed for one.
 pub mod inspect {

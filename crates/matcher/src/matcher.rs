@@ -1,15 +1,17 @@
-//! The matcher of a volume in memory.
+//! The matcher of frames, in memory or read block by block.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use super::blocks::{BlockProgress, Blocks};
+use super::blocks::{BlockProgress, Blocks, Joined};
 use super::candidates::{Candidates, DisparityRange};
 use super::cost::CostTable;
 use super::fit::{Fit, Sizes, fit};
 use super::maps::{DisparityMaps, OrderingUsed};
 use super::options::{MatchError, MatchOptions};
+use super::source::{RowSource, rows_of_all};
 use super::stack::Stack;
-use super::stations::{costs_of_row, prepared, seen_rule};
+use super::stations::{Overview, costs_of_row, prepared, seen_rule};
 use epirig_core::grid::Grid;
 use epirig_core::progress::{Progress, Silent};
 use epirig_core::volume::Volume;
@@ -49,15 +51,19 @@ pub fn disparity_with(
     match_volume(stack.volume(), options, progress)
 }
 
-/// A volume that is ready to be matched.
+/// Frames that are ready to be matched.
 #[derive(Debug, Clone)]
 pub struct Matcher {
-    volume: Volume,
-    /// The rows of the picture that `volume` has.
-    kept: Range<usize>,
-    /// Whether its samples are those that are compared along lines, because one block is all.
-    is_prepared: bool,
+    frames: Frames,
     blocks: Blocks,
+}
+
+#[derive(Debug, Clone)]
+enum Frames {
+    /// The rows of a single block, as they are compared along lines.
+    Prepared(Volume),
+    /// The rows of a block are read when it is matched.
+    Source(Arc<dyn RowSource>),
 }
 
 impl Matcher {
@@ -71,45 +77,36 @@ impl Matcher {
         Ok(Self::of_blocks(volume, blocks))
     }
 
-    /// Prepares `volume` for the match of these `blocks`, which are of frames of its shape. Rows that no block needs are
-    /// dropped.
-    pub fn of_blocks(volume: Volume, blocks: Blocks) -> Self {
-        let is_prepared = blocks.count() == 1;
-        let volume = if is_prepared { prepared(volume, blocks.options()) } else { volume };
-        let all = 0..volume.rows();
-        Self { volume, kept: all, is_prepared, blocks }.keeping_what_is_needed()
+    /// Prepares `volume` for the match of these `blocks`, which are of frames of its shape. If there is one, the rows
+    /// that it does not need are dropped.
+    pub fn of_blocks(mut volume: Volume, blocks: Blocks) -> Self {
+        let frames = match blocks.count() {
+            1 => {
+                volume.keep_rows(blocks.needed_rows(0));
+                Frames::Prepared(prepared(volume, blocks.options()))
+            }
+            _ => Frames::Source(Arc::new(volume)),
+        };
+        Self { frames, blocks }
     }
 
-    fn keeping_what_is_needed(self) -> Self {
-        let Self { mut volume, kept, is_prepared, blocks } = self;
-        let needed = (0..blocks.count()).map(|block| blocks.needed_rows(block));
-        let needed = needed.reduce(|first, last| first.start..last.end).unwrap_or(kept.clone());
-        volume.keep_rows(needed.start - kept.start..needed.end - kept.start);
-        Self { volume, kept: needed, is_prepared, blocks }
-    }
-
-    /// The same of which only the pixels `inside` are asked for; rows x columns of the volume.
-    ///
-    /// The smallest rectangle that holds them is matched, with a rim that windows around them reach. The
-    /// other rows are dropped, and the other columns are left out of the factorised search. Pixels that are
-    /// not inside become [`Validity::Outside`](super::Validity::Outside). Answers inside are those without a mask,
-    /// up to the influence of what is estimated from all pixels: the range, gains of frames, noise, and pixel
-    /// locking.
+    /// The same of frames of which rows are read, block by block.
     ///
     /// # Errors
-    /// [`MatchError::MaskSize`] if `inside` has another size; [`MatchError::EmptyMask`] if no pixel is inside.
-    pub fn within(self, inside: &Grid<bool>) -> Result<Self, MatchError> {
-        let blocks = self.blocks.within(inside)?;
-        Ok(Self { blocks, ..self }.keeping_what_is_needed())
-    }
-
-    /// The same of frames that all show only some columns, a range for each row of the picture: beyond them
-    /// there is nothing of the scene, as beyond the image. The interpolation along lines reads 3 px beyond.
-    ///
-    /// # Errors
-    /// [`MatchError::ShownRows`] if there is not a range for each row, or one leads beyond the image.
-    pub fn showing(self, shown: Vec<Range<usize>>) -> Result<Self, MatchError> {
-        Ok(Self { blocks: self.blocks.showing(shown)?, ..self })
+    /// [`MatchError::Unread`] if the rows of a single block cannot be read; [`MatchError::Cancelled`].
+    pub fn of_source(
+        source: Arc<dyn RowSource>,
+        blocks: Blocks,
+        progress: &dyn Progress,
+    ) -> Result<Self, MatchError> {
+        let frames = match blocks.count() {
+            1 => {
+                let needed = rows_of_all(&source, blocks.needed_rows(0), progress)?;
+                Frames::Prepared(prepared(needed, blocks.options()))
+            }
+            _ => Frames::Source(source),
+        };
+        Ok(Self { frames, blocks })
     }
 
     /// The blocks of rows that are matched one after the other.
@@ -117,19 +114,62 @@ impl Matcher {
         &self.blocks
     }
 
-    /// A copy of these rows of the picture.
-    fn rows(&self, rows: impl Iterator<Item = usize>) -> Volume {
-        let rows: Vec<usize> = rows.map(|y| y - self.kept.start).collect();
-        let frames: Vec<usize> = (0..self.volume.frames()).collect();
-        self.volume.selected(&rows, &frames, self.volume.tau().clone())
+    /// The rows that `block` needs, as they are compared.
+    fn prepared_rows(&self, block: usize, progress: &dyn Progress) -> Result<Volume, MatchError> {
+        match &self.frames {
+            Frames::Prepared(volume) => Ok(volume.clone()),
+            Frames::Source(source) => {
+                let needed = rows_of_all(source, self.blocks.needed_rows(block), progress)?;
+                Ok(prepared(needed, self.blocks.options()))
+            }
+        }
     }
 
-    /// The rows that `block` needs, as they are compared.
-    fn prepared_rows(&self, block: usize) -> Volume {
-        match self.is_prepared {
-            true => self.volume.clone(),
-            false => prepared(self.rows(self.blocks.needed_rows(block)), self.blocks.options()),
+    /// What holds for the whole picture; `None` if it is a single block, in which it is found.
+    ///
+    /// # Errors
+    /// [`MatchError`] if no range was given and none is to be found, rows cannot be read, or `progress` has cancelled
+    /// it.
+    pub fn overview(&self, progress: &dyn Progress) -> Result<Option<Overview>, MatchError> {
+        match &self.frames {
+            Frames::Prepared(_) => Ok(None),
+            Frames::Source(source) => {
+                let sample = rows_of_all(source, self.blocks.overview_rows().into_iter(), progress)?;
+                self.blocks.overview(sample, progress).map(Some)
+            }
         }
+    }
+
+    /// Matches these blocks one after the other, by the [overview](Self::overview) of all, and gives the maps of the rows
+    /// that each answers to `take`.
+    ///
+    /// # Errors
+    /// [`MatchError`] if the options do not suit the frames, rows cannot be read, or `progress` has cancelled the match;
+    /// the first error of `take`.
+    ///
+    /// # Panics
+    /// If there is no such block.
+    pub fn match_blocks<E: From<MatchError>>(
+        &self,
+        wanted: Range<usize>,
+        overview: Option<Overview>,
+        progress: &dyn Progress,
+        mut take: impl FnMut(usize, DisparityMaps) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let blocks = &self.blocks;
+        let told = (blocks.count() > 1).then(|| BlockProgress::begin(progress, blocks, wanted.clone()));
+        for block in wanted {
+            let needed = self.prepared_rows(block, progress)?;
+            let progress = told.as_ref().map_or(progress, |told| {
+                told.next_block();
+                told
+            });
+            take(block, blocks.of_prepared(block, &needed, overview, progress)?)?;
+        }
+        if let Some(told) = told {
+            told.finish();
+        }
+        Ok(())
     }
 
     /// Disparity of every pixel of the reference frame.
@@ -138,22 +178,16 @@ impl Matcher {
     /// depend on the number of threads.
     ///
     /// # Errors
-    /// [`MatchError`] if the options do not suit the volume, no range was given and none is to be found, or
-    /// `progress` has cancelled the match.
+    /// [`MatchError`] if the options do not suit the volume, no range was given and none is to be found, rows cannot be
+    /// read, or `progress` has cancelled the match.
     pub fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, MatchError> {
-        let blocks = &self.blocks;
-        if blocks.count() == 1 {
-            let rows = self.prepared_rows(0);
-            return blocks.joined([blocks.of_prepared(0, &rows, None, progress)]);
-        }
-        let overview = blocks.overview(&self.rows(blocks.overview_rows().into_iter()), progress)?;
-        let told = BlockProgress::begin(progress, blocks, 0..blocks.count());
-        let maps = blocks.joined((0..blocks.count()).map(|block| {
-            told.next_block();
-            blocks.of_prepared(block, &self.prepared_rows(block), Some(overview), &told)
-        }))?;
-        told.finish();
-        Ok(maps)
+        let overview = self.overview(progress)?;
+        let mut joined = Joined::default();
+        self.match_blocks(0..self.blocks.count(), overview, progress, |block, maps| {
+            joined.put(maps, self.blocks.answered_rows(block), self.blocks.rows());
+            Ok::<_, MatchError>(())
+        })?;
+        Ok(joined.maps())
     }
 
     /// The pixels that `maps` answers, by planes in discs of one size.
@@ -163,7 +197,7 @@ impl Matcher {
     /// although each pixel has more noise.
     ///
     /// # Errors
-    /// [`MatchError::Cancelled`] if `progress` has cancelled it.
+    /// [`MatchError::Cancelled`] if `progress` has cancelled it; [`MatchError::Unread`] if rows cannot be read.
     pub fn in_equal_discs(
         &self,
         maps: &DisparityMaps,
@@ -178,7 +212,7 @@ impl Matcher {
         for block in 0..blocks.count() {
             let (needed, answered) = (blocks.needed_rows(block), blocks.answered_rows(block));
             let answers = maps.disparity.cropped(0..blocks.columns(), needed.clone());
-            let volume = self.prepared_rows(block);
+            let volume = self.prepared_rows(block, progress)?;
             let lines = blocks.lines(&volume, needed.clone());
             let options = blocks.options();
             let equal = Fit {
@@ -205,31 +239,41 @@ impl Matcher {
     /// Costs of all candidates of row `y` as they were when `maps` were found, for pictures of the search:
     /// the row's own, whatever other rows added, and at the whole resolution, whatever a first look took.
     ///
+    /// # Errors
+    /// [`MatchError::Unread`] if rows cannot be read.
+    ///
     /// # Panics
-    /// If `y` lies outside the volume, or outside the rows that a mask left of it.
-    pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> (Candidates, CostTable) {
+    /// If `y` lies outside the frames, or outside the rows that a single block needs.
+    pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> Result<(Candidates, CostTable), MatchError> {
         self.costs_of_row(y, maps.reference, maps.range, maps.ordering)
     }
 
     /// The same for a match of which only the reference frame, the range and the ordering are known.
     ///
+    /// # Errors
+    /// [`MatchError::Unread`] if rows cannot be read.
+    ///
     /// # Panics
-    /// If `y` or `reference` lies outside the volume, or `y` outside the rows that a mask left of it.
+    /// If `y` or `reference` lies outside the frames, or `y` outside the rows that a single block needs.
     pub fn costs_of_row(
         &self,
         y: usize,
         reference: usize,
         range: DisparityRange,
         ordering: OrderingUsed,
-    ) -> (Candidates, CostTable) {
+    ) -> Result<(Candidates, CostTable), MatchError> {
         let options = self.blocks.options();
-        if self.is_prepared {
-            return costs_of_row(&self.volume, y - self.kept.start, options, (reference, range, ordering));
+        let found = (reference, range, ordering);
+        match &self.frames {
+            Frames::Prepared(volume) => {
+                Ok(costs_of_row(volume, y - self.blocks.needed_rows(0).start, options, found))
+            }
+            Frames::Source(source) => {
+                let near = self.blocks.rows_of_costs(y);
+                let volume = prepared(rows_of_all(source, near.clone(), &Silent)?, options);
+                Ok(costs_of_row(&volume, y - near.start, options, found))
+            }
         }
-        let near = self.blocks.rows_of_costs(y);
-        let near = near.start.max(self.kept.start)..near.end.min(self.kept.end);
-        let volume = prepared(self.rows(near.clone()), options);
-        costs_of_row(&volume, y - near.start, options, (reference, range, ordering))
     }
 }
 

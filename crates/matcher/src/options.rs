@@ -314,6 +314,14 @@ pub enum MatchError {
          look at the frames, or give the range"
     )]
     NoRange,
+    /// The frames cannot be read.
+    #[error("{message}")]
+    Unread {
+        /// What happened, where, and what to do.
+        message: String,
+        /// Who must act.
+        blame: Blame,
+    },
     /// The frames make no stack.
     #[error(transparent)]
     Stack(#[from] StackError),
@@ -332,6 +340,7 @@ impl Fault for MatchError {
     fn blame(&self) -> Blame {
         match self {
             Self::NoRange => Blame::NoAnswer,
+            Self::Unread { blame, .. } => *blame,
             Self::Cancelled => Blame::Interruption,
             Self::TooSmall { .. } | Self::Stack(_) => Blame::Data,
             Self::EmptyRange { .. }

@@ -262,7 +262,8 @@ fn cost(
     let options = matched.options();
     let scale = if options.method.compares_intensities() { "DN^2" } else { "1 - correlation" };
     let matcher = Matcher::new(volume, options)?;
-    let (candidates, costs) = matcher.costs_of_row(y, matched.reference, range, matched.ordering_constraint);
+    let (candidates, costs) =
+        matcher.costs_of_row(y, matched.reference, range, matched.ordering_constraint)?;
     Ok(PixelCost {
         disparity_px: (0..costs.candidates()).map(|k| candidates.disparity_px(k as f64)).collect(),
         cost: (0..costs.candidates()).map(|k| costs.at(k, x)).collect(),

@@ -34,7 +34,7 @@ pub(super) fn row_cost(view: &ResultsView, y: usize) -> Result<Framed<RowCost>, 
     let matcher = Matcher::new(volume, matched.options())?;
     let range = DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px };
     let (candidates, costs) =
-        matcher.costs_of_row(y - top, matched.reference, range, matched.ordering_constraint);
+        matcher.costs_of_row(y - top, matched.reference, range, matched.ordering_constraint)?;
     let record = RowCost {
         rows: costs.candidates(),
         columns: costs.columns(),

@@ -12,7 +12,10 @@ use super::maps::Maps;
 use crate::calibrate::CALIBRATION;
 use crate::memory::available;
 use crate::panel::PanelError;
-use crate::pipeline::{OpenedResults, PipelineError, half_frames, half_heights, halves_need, open_results};
+use crate::pipeline::{
+    Held, OpenedResults, PipelineError, half_frames, half_heights, halves_need, open_results,
+    where_frames_are,
+};
 use crate::results::{ResultFiles, ResultsKind};
 use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
@@ -121,7 +124,10 @@ impl ResultsView {
     pub(super) fn halves(&self) -> Option<&[HalfHeights; 2]> {
         let found = || {
             let results = self.results.as_ref()?;
-            let need = halves_need(half_frames(&self.sequence, results));
+            let options = results.matched.options();
+            let held = where_frames_are(&self.sequence, results.calibration.as_ref(), &options, &Silent);
+            let need =
+                halves_need(half_frames(&self.sequence, results), &options, held.unwrap_or(Held::InMemory));
             if available().is_some_and(|available| need > available.bytes) {
                 warn!(need, "depths are measured without halves of the frames: too little memory");
                 return None;

@@ -10,7 +10,7 @@ use crate::panel::error::PanelError;
 use crate::panel::shared::SharedState;
 use crate::panel::state::TaskKind;
 use crate::pipeline::{
-    Frames, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, half_heights, inspect_surface,
+    Frames, Held, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, half_heights, inspect_surface,
     match_need, measure as match_sequence, open_results,
 };
 use crate::profile::Profile;
@@ -74,7 +74,7 @@ fn measure(shared: &Arc<SharedState>, folder: &Path) -> Result<(), PanelError> {
         sample_bytes: if rig.is_some() || record.bit_depth > 8 { 2 } else { 1 },
     };
     options.check(frames.rows, frames.columns, frames.count)?;
-    let needed = match_need(frames, &options);
+    let needed = match_need(frames, &options, Held::InMemory);
     if let Some(available) = available().filter(|available| needed > available.bytes) {
         let (work, available, bound) = ("matching", available.bytes, available.bound);
         return Err(PanelError::Memory { work, needed, available, bound });

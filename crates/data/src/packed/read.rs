@@ -80,20 +80,27 @@ impl PackedVolume {
     /// # Panics
     /// If the rows lie outside the volume.
     pub fn rows(&self, rows: Range<usize>, progress: &dyn Progress) -> Result<Volume, PackedError> {
-        self.pieces(std::slice::from_ref(&rows), progress)
+        let frames: Vec<usize> = (0..self.shape.tau.frames()).collect();
+        self.pieces(std::slice::from_ref(&rows), &frames, self.shape.tau.clone(), progress)
     }
 
-    /// These rows of all frames, in their order. `progress` counts the frames.
+    /// These rows of these frames, in their order, as a volume whose frames lie at `tau`. `progress` counts the frames.
     ///
     /// # Errors
     /// As [`rows`](Self::rows).
     ///
     /// # Panics
-    /// If a row lies outside the volume.
-    pub fn some_rows(&self, rows: &[usize], progress: &dyn Progress) -> Result<Volume, PackedError> {
+    /// If a row or a frame lies outside the volume, or `tau` has another number of frames.
+    pub fn some_rows(
+        &self,
+        rows: &[usize],
+        frames: &[usize],
+        tau: Tau,
+        progress: &dyn Progress,
+    ) -> Result<Volume, PackedError> {
         let pieces: Vec<Range<usize>> =
             rows.chunk_by(|y, next| next == &(y + 1)).map(|piece| piece[0]..piece[0] + piece.len()).collect();
-        self.pieces(&pieces, progress)
+        self.pieces(&pieces, frames, tau, progress)
     }
 
     /// Frame `t` as the first of a volume of two, of which the other is black.
@@ -109,18 +116,27 @@ impl PackedVolume {
         Ok(volume)
     }
 
-    /// These pieces of all frames, one below the other.
-    fn pieces(&self, pieces: &[Range<usize>], progress: &dyn Progress) -> Result<Volume, PackedError> {
-        let mut volume = self.shape.of_rows(pieces.iter().map(Range::len).sum());
+    /// These pieces of these frames, one below the other.
+    fn pieces(
+        &self,
+        pieces: &[Range<usize>],
+        frames: &[usize],
+        tau: Tau,
+        progress: &dyn Progress,
+    ) -> Result<Volume, PackedError> {
+        assert_eq!(tau.frames(), frames.len());
+        let frame_gains = frames.iter().map(|&t| self.shape.frame_gains[t]).collect();
+        let rows = pieces.iter().map(Range::len).sum();
+        let mut volume = VolumeShape { tau, frame_gains, ..self.shape.clone() }.of_rows(rows);
         let filling = volume.filling();
-        let put = |t: usize| -> Result<(), PackedError> {
+        let put = |(place, &t): (usize, &usize)| -> Result<(), PackedError> {
             progress.unless_cancelled()?;
-            put(&filling, t, &self.frame(t, pieces)?, self.shape.fine)?;
+            put(&filling, place, &self.frame(t, pieces)?, self.shape.fine)?;
             progress.advance(1);
             Ok(())
         };
         // Of several frames that fail, the first in their order, whichever thread was faster.
-        let failures = (0..self.shape.tau.frames()).into_par_iter().filter_map(|t| put(t).err());
+        let failures = frames.par_iter().enumerate().filter_map(|frame| put(frame).err());
         match failures.find_first(|_| true) {
             Some(failure) => Err(failure),
             None => Ok(volume),

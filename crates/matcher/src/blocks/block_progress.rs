@@ -12,7 +12,7 @@ const PASSES: u64 = 2;
 /// Progress of the blocks of a match, told to a listener as one piece of work.
 ///
 /// It begins when it is made, and ends with [`finish`](Self::finish).
-pub struct BlockProgress<'a> {
+pub(crate) struct BlockProgress<'a> {
     all: &'a dyn Progress,
     blocks: &'a Blocks,
     state: Mutex<State>,
@@ -32,14 +32,14 @@ struct State {
 
 impl<'a> BlockProgress<'a> {
     /// Begins to tell `all` of the match of these `blocks`.
-    pub fn begin(all: &'a dyn Progress, blocks: &'a Blocks, matched: Range<usize>) -> Self {
+    pub(crate) fn begin(all: &'a dyn Progress, blocks: &'a Blocks, matched: Range<usize>) -> Self {
         let rows: usize = matched.clone().map(|block| blocks.needed_rows(block).len()).sum();
         all.begin(&format!("matching {} blocks of rows", matched.len()), PASSES * rows as u64);
         Self { all, blocks, state: Mutex::new(State { next: matched.start, ..State::default() }) }
     }
 
     /// The next block is matched.
-    pub fn next_block(&self) {
+    pub(crate) fn next_block(&self) {
         self.change(|state| {
             let rows = self.blocks.needed_rows(state.next).len() as u64;
             *state = State { next: state.next + 1, rows, ..State::default() };
@@ -47,7 +47,7 @@ impl<'a> BlockProgress<'a> {
     }
 
     /// All blocks are matched.
-    pub fn finish(self) {
+    pub(crate) fn finish(self) {
         self.all.end();
     }
 

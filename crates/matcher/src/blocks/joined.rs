@@ -10,7 +10,7 @@ use epirig_core::grid::Grid;
 
 /// Maps of a picture, of which some blocks have been put in.
 #[derive(Debug, Default)]
-pub(super) struct Joined {
+pub(crate) struct Joined {
     maps: Option<DisparityMaps>,
     /// Pixels that were answered, and rows that were put in.
     answered: usize,
@@ -19,7 +19,7 @@ pub(super) struct Joined {
 
 impl Joined {
     /// Puts `part` in, the maps of these `rows` of a picture that has so many.
-    pub(super) fn put(&mut self, part: DisparityMaps, rows: Range<usize>, rows_of_picture: usize) {
+    pub(crate) fn put(&mut self, part: DisparityMaps, rows: Range<usize>, rows_of_picture: usize) {
         assert_eq!(part.disparity.rows(), rows.len(), "the part has the rows of its block");
         let answered = part.validity.values().iter().filter(|&&validity| validity == Validity::Found).count();
         let counts = [(self.answered, answered), (self.rows, rows.len())];
@@ -39,7 +39,7 @@ impl Joined {
     ///
     /// # Panics
     /// If nothing was put in.
-    pub(super) fn maps(self) -> DisparityMaps {
+    pub(crate) fn maps(self) -> DisparityMaps {
         self.maps.expect("a match has a block")
     }
 }

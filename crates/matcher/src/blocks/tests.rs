@@ -1,6 +1,9 @@
 //! Blocks answer as one picture does, and joining them loses nothing.
 
+use std::sync::Arc;
+
 use super::*;
+use crate::RowSource;
 use crate::matcher::Matcher;
 use crate::options::{OrderingConstraint, ReferenceFrame};
 use crate::validity::Validity;
@@ -55,21 +58,25 @@ fn in_blocks(rows: usize) -> MatchOptions {
     MatchOptions { block_rows: Some(rows), ..MatchOptions::default() }
 }
 
-/// The match of blocks whose rows are fetched one block at a time, with this order of the blocks.
-fn fetched(volume: &Volume, blocks: &Blocks, reversed: bool) -> DisparityMaps {
-    let frames: Vec<usize> = (0..volume.frames()).collect();
-    let rows = |rows: Vec<usize>| volume.selected(&rows, &frames, volume.tau().clone());
-    let overview = blocks.overview(&rows(blocks.overview_rows()), &Silent).unwrap();
-    let matched = |block: usize| {
-        blocks.matched(block, rows(blocks.needed_rows(block).collect()), Some(overview), &Silent)
-    };
+/// The match of blocks one by one, each by a matcher of its own, with this order of the blocks.
+fn one_by_one(volume: &Volume, blocks: &Blocks, reversed: bool) -> DisparityMaps {
+    let source: Arc<dyn RowSource> = Arc::new(volume.clone());
+    let matcher = || Matcher::of_source(Arc::clone(&source), blocks.clone(), &Silent).unwrap();
+    let overview = matcher().overview(&Silent).unwrap();
     let mut order: Vec<usize> = (0..blocks.count()).collect();
     if reversed {
         order.reverse();
     }
-    let mut parts: Vec<_> = order.into_iter().map(|block| (block, matched(block))).collect();
+    let mut parts = Vec::new();
+    for block in order {
+        let take = |block: usize, maps: DisparityMaps| {
+            parts.push((block, maps));
+            Ok::<_, MatchError>(())
+        };
+        matcher().match_blocks(block..block + 1, overview, &Silent, take).unwrap();
+    }
     parts.sort_by_key(|(block, _)| *block);
-    blocks.joined(parts.into_iter().map(|(_, part)| part)).unwrap()
+    blocks.joined(parts.into_iter().map(|(_, part)| Ok::<_, MatchError>(part))).unwrap()
 }
 
 /// Maps as bits, so that NaN equals itself.
@@ -148,12 +155,12 @@ fn who_matches_blocks_and_when_does_not_change_a_bit() {
         assert!(blocks.count() > 2);
         let together = Matcher::new(volume.clone(), options).unwrap().matched(&Silent).unwrap();
         for reversed in [false, true] {
-            let one_by_one = fetched(&volume, &blocks, reversed);
+            let one_by_one = one_by_one(&volume, &blocks, reversed);
             assert!(bits(&one_by_one) == bits(&together));
             assert_eq!((one_by_one.locking, one_by_one.light), (together.locking, together.light));
         }
         let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert!(bits(&one_thread.install(|| fetched(&volume, &blocks, false))) == bits(&together));
+        assert!(bits(&one_thread.install(|| one_by_one(&volume, &blocks, false))) == bits(&together));
     }
 }
 
@@ -203,7 +210,8 @@ fn a_mask_and_blocks_answer_what_is_inside() {
     for y in (20..90).chain(230..260) {
         inside.row_mut(y)[30..80].fill(true);
     }
-    let matcher = Matcher::new(volume, in_blocks(60)).unwrap().within(&inside).unwrap();
+    let blocks = Blocks::new(&volume.shape(), in_blocks(60)).unwrap().within(&inside).unwrap();
+    let matcher = Matcher::of_blocks(volume, blocks);
     let maps = matcher.matched(&Silent).unwrap();
     for y in 0..300 {
         for x in 0..COLUMNS {
@@ -220,7 +228,7 @@ fn a_mask_and_blocks_answer_what_is_inside() {
     );
     let equal = matcher.in_equal_discs(&maps, &Silent).unwrap();
     assert!(!equal.disparity.at(50, 50).is_nan() && equal.disparity.at(50, 150).is_nan());
-    let (candidates, _) = matcher.row_costs(40, &maps);
+    let (candidates, _) = matcher.row_costs(40, &maps).unwrap();
     assert!(candidates.count() > 3);
 }
 

@@ -1,14 +1,15 @@
 //! Two matches compared: from the first frame, and from the last.
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use super::share;
 use crate::one_surface::OneSurface;
-use crate::{DisparityMaps, MatchError, MatchOptions, ReferenceFrame, match_volume};
+use crate::{Blocks, DisparityMaps, MatchError, MatchOptions, Matcher, ReferenceFrame, RowSource};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::statistics::quantile_of_sorted;
-use epirig_core::volume::Volume;
 
 /// Agreement of the answers of the first frame with those of the last.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -28,20 +29,23 @@ pub struct BothWaysReport {
     pub median_px: f64,
 }
 
-/// Matches `volume` with the first and with the last frame as reference (whatever `options` say), carries
+/// Matches `source` with the first and with the last frame as reference (whatever `options` say), carries
 /// each answered pixel of the first frame along its line to the last, and compares the disparities there.
 ///
 /// Both matches use the same frames, so their errors of noise are nearly the same, and 3 sigma is a wide
 /// limit. Where they differ by more, one of them is wrong, or the point is occluded in the other.
 ///
 /// # Errors
-/// [`MatchError`] if the volume cannot be matched.
+/// [`MatchError`] if the frames cannot be matched.
 pub fn both_ways(
-    volume: &Volume,
+    source: &(impl RowSource + Clone + 'static),
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<BothWaysReport, MatchError> {
-    let matched = |reference| match_volume(volume, &MatchOptions { reference, ..options.clone() }, progress);
+    let matched = |reference| {
+        let blocks = Blocks::new(&source.shape(), MatchOptions { reference, ..options.clone() })?;
+        Matcher::of_source(Arc::new(source.clone()), blocks, progress)?.matched(progress)
+    };
     Ok(compared(&matched(ReferenceFrame::First)?, &matched(ReferenceFrame::Last)?))
 }
 

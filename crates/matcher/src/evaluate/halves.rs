@@ -1,13 +1,17 @@
 //! Matches of the even and of the odd frames, whose noise is independent.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
-use crate::{DisparityMaps, EqualDiscs, MatchError, MatchOptions, Matcher, ReferenceFrame};
+use crate::source::SomeFrames;
+use crate::{
+    Blocks, DisparityMaps, EqualDiscs, MatchError, MatchOptions, Matcher, ReferenceFrame, RowSource,
+};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::tau::{Tau, TauError};
-use epirig_core::volume::Volume;
 
 /// Why a sequence cannot be split.
 #[derive(Debug, Error)]
@@ -51,19 +55,19 @@ impl HalfMaps {
     }
 }
 
-/// Matches the even and the odd frames of `volume` apart, both in the view of frame `reference`, which both
+/// Matches the even and the odd frames of `source` apart, both in the view of frame `reference`, which both
 /// contain, with the other `options`.
 ///
 /// # Errors
 /// [`SplitHalfError`] if there are too few frames or a half cannot be matched.
 pub fn match_halves(
-    volume: &Volume,
+    source: &(impl RowSource + Clone + 'static),
     reference: usize,
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<[HalfMaps; 2], SplitHalfError> {
     let maps = |parity| -> Result<HalfMaps, SplitHalfError> {
-        let Task { matcher, span, .. } = Task::new(volume, reference, parity, options)?;
+        let Task { matcher, span, .. } = Task::new(source, (reference, parity), options, progress)?;
         let maps = matcher.matched(progress)?;
         let in_equal_discs = matcher.in_equal_discs(&maps, progress)?;
         let found = HalfMaps { best: [maps.disparity, maps.sigma], in_equal_discs };
@@ -85,22 +89,21 @@ struct Task {
 
 impl Task {
     fn new(
-        volume: &Volume,
-        reference: usize,
-        parity: usize,
+        source: &(impl RowSource + Clone + 'static),
+        (reference, parity): (usize, usize),
         options: &MatchOptions,
+        progress: &dyn Progress,
     ) -> Result<Self, SplitHalfError> {
-        if volume.frames() < 6 {
-            return Err(SplitHalfError::TooFewFrames(volume.frames()));
+        let all = source.shape().tau;
+        if all.frames() < 6 {
+            return Err(SplitHalfError::TooFewFrames(all.frames()));
         }
-        let frames: Vec<usize> =
-            (0..volume.frames()).filter(|&t| t % 2 == parity || t == reference).collect();
-        let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
+        let frames: Vec<usize> = (0..all.frames()).filter(|&t| t % 2 == parity || t == reference).collect();
+        let positions: Vec<f64> = frames.iter().map(|&t| all.values()[t]).collect();
         let span = positions[positions.len() - 1] - positions[0];
         let tau = Tau::from_positions(&positions)?;
         let mean = positions.iter().sum::<f64>() / positions.len() as f64;
         let norm = positions.iter().map(|position| (position - mean).powi(2)).sum::<f64>().sqrt();
-        let rows: Vec<usize> = (0..volume.rows()).collect();
         let index = frames.iter().position(|&t| t == reference).unwrap_or(0);
         // A half has its own baseline, over which its disparities are stated.
         let options = MatchOptions {
@@ -109,9 +112,12 @@ impl Task {
             max_sigma_px: options.max_sigma_px * span,
             ..options.clone()
         };
-        let matcher = Matcher::new(volume.selected(&rows, &frames, tau), options)?;
-        let reference_weight = (volume.tau().values()[reference] - mean) / norm;
-        Ok(Self { matcher, frames: frames.len(), span, reference_weight })
+        let count = frames.len();
+        let half = SomeFrames { of: source.clone(), frames, tau };
+        let blocks = Blocks::new(&half.shape(), options)?;
+        let matcher = Matcher::of_source(Arc::new(half), blocks, progress)?;
+        let reference_weight = (all.values()[reference] - mean) / norm;
+        Ok(Self { matcher, frames: count, span, reference_weight })
     }
 }
 
@@ -127,13 +133,14 @@ pub(super) struct Half {
 
 impl Half {
     pub(super) fn matched(
-        volume: &Volume,
+        source: &(impl RowSource + Clone + 'static),
         reference: usize,
         parity: usize,
         options: &MatchOptions,
         progress: &dyn Progress,
     ) -> Result<Self, SplitHalfError> {
-        let Task { matcher, frames, span, reference_weight } = Task::new(volume, reference, parity, options)?;
+        let Task { matcher, frames, span, reference_weight } =
+            Task::new(source, (reference, parity), options, progress)?;
         Ok(Self { maps: matcher.matched(progress)?, frames, span, reference_weight })
     }
 
@@ -149,6 +156,7 @@ mod tests {
     use super::*;
     use crate::DisparityRange;
     use epirig_core::progress::Silent;
+    use epirig_core::volume::Volume;
     use epirig_simulator::{Simulator, SimulatorConfig};
 
     fn noisy_plane() -> Volume {
@@ -193,8 +201,9 @@ mod tests {
         };
         let values = (0..96 * 160).map(|index| (60..70).contains(&(index / 160)));
         let inside = Grid::from_values(96, 160, values.collect()).unwrap();
+        let blocks = Blocks::new(&volume.shape(), options.clone()).unwrap().within(&inside).unwrap();
+        let part = Matcher::of_blocks(volume.clone(), blocks);
         let whole = Matcher::new(volume, options).unwrap();
-        let part = whole.clone().within(&inside).unwrap();
         let maps = part.matched(&Silent).unwrap();
         let found = part.in_equal_discs(&maps, &Silent).unwrap().disparity;
         let EqualDiscs { disparity: expected, sigma, .. } = whole.in_equal_discs(&maps, &Silent).unwrap();

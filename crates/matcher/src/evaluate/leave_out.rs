@@ -4,12 +4,15 @@
 //! farther ones. The predicted intensity is the mean of the nearest frames before and after, sampled along
 //! the line. The error is reported beside that of repeating the nearest frame, which uses no disparity.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
 use crate::cost::interpolation::{Interpolation, SampledEpi};
-use crate::{DisparityMaps, MatchError, MatchOptions, ReferenceFrame, match_volume};
+use crate::source::{SomeFrames, rows_of_all};
+use crate::{Blocks, DisparityMaps, MatchError, MatchOptions, Matcher, ReferenceFrame, RowSource};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
@@ -62,46 +65,50 @@ pub struct LeaveOutReport {
     pub halved: f64,
 }
 
-/// Matches `volume` without every `every`th frame and predicts those. The first, the last and the reference
+/// Matches `source` without every `every`th frame and predicts those. The first, the last and the reference
 /// frame stay.
 ///
 /// # Errors
 /// [`LeaveOutError`] if too few frames are left or they cannot be matched.
 pub fn leave_out(
-    volume: &Volume,
+    source: &(impl RowSource + Clone + 'static),
     every: usize,
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<(LeaveOutReport, DisparityMaps), LeaveOutError> {
-    let frames = volume.frames();
-    let reference = options.reference_index(volume.tau())?;
+    let shape = source.shape();
+    let frames = shape.tau.frames();
+    let reference = options.reference_index(&shape.tau)?;
     let left: Vec<usize> =
         (1..frames - 1).filter(|&t| every >= 2 && t % every == every - 1 && t != reference).collect();
     let kept: Vec<usize> = (0..frames).filter(|t| !left.contains(t)).collect();
     if left.is_empty() || kept.len() < 3 {
         return Err(LeaveOutError::Every { every, frames });
     }
-    let positions: Vec<f64> = kept.iter().map(|&t| volume.tau().values()[t]).collect();
+    let positions: Vec<f64> = kept.iter().map(|&t| shape.tau.values()[t]).collect();
     let tau = Tau::from_positions(&positions).map_err(|_| LeaveOutError::Every { every, frames })?;
-    let rows: Vec<usize> = (0..volume.rows()).collect();
-    let shown = volume.selected(&rows, &kept, tau);
     let index = kept.iter().position(|&t| t == reference).unwrap_or(0);
     let options = MatchOptions { reference: ReferenceFrame::Index(index), ..options.clone() };
-    let maps = match_volume(&shown, &options, progress)?;
+    let shown = SomeFrames { of: source.clone(), frames: kept.clone(), tau };
+    let blocks = Blocks::new(&shown.shape(), options)?;
+    let maps = Matcher::of_source(Arc::new(shown), blocks, progress)?.matched(progress)?;
 
-    let pixels = left.len() * volume.rows() * volume.columns();
-    let tallies: Vec<Tally> = rows
-        .par_iter()
-        .map(|&y| {
-            let epi = SampledEpi::new(volume, y, Interpolation::BSpline, 0);
+    let pixels = left.len() * shape.rows * shape.columns;
+    let mut tallies = Vec::with_capacity(shape.rows);
+    for first in (0..shape.rows).step_by(ROWS_TOGETHER) {
+        let rows = first..(first + ROWS_TOGETHER).min(shape.rows);
+        let volume = rows_of_all(source, rows.clone(), progress)?;
+        let of_row = |y: usize| {
+            let epi = SampledEpi::new(&volume, y - first, Interpolation::BSpline, 0);
             let mut tally = Tally::default();
             for &t in &left {
-                let row = LeftOutRow { y, t, reference, disparity: maps.disparity.row(y) };
-                tally.add_row(volume, &epi, row, &kept);
+                let row = LeftOutRow { y: y - first, t, reference, disparity: maps.disparity.row(y) };
+                tally.add_row(&volume, &epi, row, &kept);
             }
             tally
-        })
-        .collect();
+        };
+        tallies.par_extend(rows.into_par_iter().map(of_row));
+    }
     let total = tallies.into_iter().fold(Tally::default(), Tally::joined);
     let predicted = total.predicted.max(1) as f64;
     let report = LeaveOutReport {
@@ -115,7 +122,10 @@ pub fn leave_out(
     Ok((report, maps))
 }
 
-/// Row `y` of the left-out frame `t`, and the disparities of that row of the reference frame.
+/// Rows of all frames that are in memory at a time.
+const ROWS_TOGETHER: usize = 64;
+
+/// Row `y` of the left-out frame `t` in a part of the frames, and the disparities of that row of the reference frame.
 struct LeftOutRow<'a> {
     y: usize,
     t: usize,

@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::halves::{Half, SplitHalfError};
 use super::share;
-use crate::MatchOptions;
+use crate::{MatchOptions, RowSource};
 use epirig_core::progress::Progress;
 use epirig_core::statistics::quantile_of_sorted;
-use epirig_core::volume::Volume;
+use epirig_core::volume::VolumeShape;
 
 /// A pixel counts as textured if its sigma is at most this in both halves, in px: a tenth of a pixel is where
 /// the search leaves off.
@@ -49,7 +49,7 @@ pub struct SplitHalfReport {
     pub textured: Differences,
 }
 
-/// Matches the even and the odd frames of `volume` apart and compares the disparities, which are px over the
+/// Matches the even and the odd frames of `source` apart and compares the disparities, which are px over the
 /// whole baseline for both.
 ///
 /// The halves need one reference frame, or their pixels would not be the same points; so it stays in both,
@@ -64,16 +64,18 @@ pub struct SplitHalfReport {
 /// # Errors
 /// [`SplitHalfError`] if there are too few frames or a half cannot be matched.
 pub fn split_half(
-    volume: &Volume,
+    source: &(impl RowSource + Clone + 'static),
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<SplitHalfReport, SplitHalfError> {
-    let reference = options.reference_index(volume.tau())?;
-    let half = |parity| Half::matched(volume, reference, parity, options, progress);
+    let VolumeShape { rows, columns, tau, .. } = source.shape();
+    let reference = options.reference_index(&tau)?;
+    let half = |parity| Half::matched(source, reference, parity, options, progress);
     let (even, odd) = (half(0)?, half(1)?);
     let correlation = even.reference_weight * odd.reference_weight;
-    let mut pairs = Vec::with_capacity(volume.rows() * volume.columns());
-    for index in 0..volume.rows() * volume.columns() {
+    let pixels = rows * columns;
+    let mut pairs = Vec::with_capacity(pixels);
+    for index in 0..pixels {
         let ((a, sigma_a), (b, sigma_b)) = (even.at(index), odd.at(index));
         if !(a.is_nan() || b.is_nan()) {
             let variance = sigma_a * sigma_a + sigma_b * sigma_b - 2.0 * correlation * sigma_a * sigma_b;
@@ -84,7 +86,6 @@ pub fn split_half(
             });
         }
     }
-    let pixels = volume.rows() * volume.columns();
     let answered = differences(&pairs, pixels);
     pairs.retain(|pair| pair.larger_sigma <= TEXTURED_SIGMA_PX);
     Ok(SplitHalfReport {

@@ -8,7 +8,7 @@ use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_matcher::{DisparityMaps, MatchError, MatchOptions, Matcher};
+use epirig_matcher::{Blocks, DisparityMaps, MatchError, MatchOptions, Matcher};
 
 const APERTURE: Aperture = Aperture { sigma_px: 0.7 };
 const ROWS: usize = 160;
@@ -107,10 +107,11 @@ fn scores(maps: &DisparityMaps, truth: &Truth, shown: &[Range<usize>]) -> [Score
 fn beside_a_slanted_border_answers_are_as_honest_as_elsewhere() {
     for degrees in [2.0, 45.0] {
         let (painting, shown) = (painting(), between(degrees));
-        let matcher =
-            Matcher::new(with_repeated_borders(&painting, &shown), MatchOptions::default()).unwrap();
-        let unaware = matcher.clone().matched(&Silent).unwrap();
-        let maps = matcher.showing(inside(&shown)).unwrap().matched(&Silent).unwrap();
+        let volume = with_repeated_borders(&painting, &shown);
+        let blocks = Blocks::new(&volume.shape(), MatchOptions::default()).unwrap();
+        let unaware = Matcher::of_blocks(volume.clone(), blocks.clone()).matched(&Silent).unwrap();
+        let blocks = blocks.showing(inside(&shown)).unwrap();
+        let maps = Matcher::of_blocks(volume, blocks).matched(&Silent).unwrap();
         let truth = painting.truth(maps.reference);
         let [all, inner] = scores(&maps, &truth, &shown);
         let [all_unaware, _] = scores(&unaware, &truth, &shown);
@@ -131,9 +132,9 @@ fn beside_a_slanted_border_answers_are_as_honest_as_elsewhere() {
 fn ranges_that_do_not_suit_the_images_are_refused() {
     let all = vec![0..COLUMNS; ROWS];
     let volume = with_repeated_borders(&painting(), &all);
-    let matcher = Matcher::new(volume, MatchOptions::default()).unwrap();
-    let too_few = matcher.clone().showing(all[1..].to_vec());
+    let blocks = Blocks::new(&volume.shape(), MatchOptions::default()).unwrap();
+    let too_few = blocks.clone().showing(all[1..].to_vec());
     assert!(matches!(too_few, Err(MatchError::ShownRows { ranges: 159, rows: ROWS, columns: COLUMNS })));
-    let too_wide = matcher.showing(vec![1..COLUMNS + 1; ROWS]);
+    let too_wide = blocks.showing(vec![1..COLUMNS + 1; ROWS]);
     assert!(matches!(too_wide, Err(MatchError::ShownRows { .. })));
 }
