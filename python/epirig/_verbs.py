@@ -2223,6 +2223,7 @@ class SequenceVerbs:
         split_half: bool = False,
         both_ways: bool = False,
         anyway: bool = False,
+        memory: str | None = None,
         quick: bool = False,
         method: Literal["variance", "normalised", "ncc-first", "ncc-mean"] = "variance",
         range: Several[float] | str | None = None,
@@ -2265,6 +2266,10 @@ class SequenceVerbs:
             Match from the first frame and from the last.
         anyway
             Continue although the scan is not closed and the positions of its frames are wrong.
+        memory
+            Most memory that the match may take, such as 2GiB or 800MB. Larger frames are packed on
+            disk first, as by ``epirig pack``, and read a block of rows at a time. The results are
+            the same. Without it: half of what is free.
         quick
             First look: takes some 60 % of the time. Uses half of the frames if there are a hundred
             or more, looks for edges in small discs only, and searches occluding objects at half the
@@ -2344,6 +2349,7 @@ class SequenceVerbs:
                 ("--split-half", split_half, False),
                 ("--both-ways", both_ways, False),
                 ("--anyway", anyway, False),
+                ("--memory", memory, None),
                 ("--quick", quick, False),
                 ("--method", method, "variance"),
                 ("--range", range, None),
