@@ -39,6 +39,14 @@ bench:
 peers:
     benches/peers/compare.py
 
+# Time and memory of a match over rows, columns, frames and range (needs numpy)
+scale:
+    python3 benches/scale/measure.py
+
+# Bands on a real Slurm, in namespaces of its own (Debian, as root)
+slurm:
+    tests/slurm/cluster.sh tests/slurm/check.sh target/release/epirig
+
 # The Uno firmware, and the simulated board that its test runs on (Debian)
 firmware:
     firmware-protocol/uno/build.sh
