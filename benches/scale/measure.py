@@ -10,6 +10,7 @@ which is 1 for a cost in proportion. Needs numpy. Measure on a machine that does
 import argparse
 import json
 import math
+import multiprocessing
 import os
 import shutil
 import subprocess
@@ -18,13 +19,13 @@ import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-
 FINE = 4  # Samples of the texture for each pixel.
 
 
 def scene(folder: Path, rows: int, columns: int, frames: int, disparity: float) -> None:
     """Writes the frames of a plane, which moves by `disparity` px over all of them, as PGM."""
+    import numpy as np
+
     random = np.random.default_rng(1)
     folder.mkdir()
     width = (columns + int(abs(disparity)) + 8) * FINE
@@ -80,7 +81,10 @@ def main() -> None:
             for value in values:
                 sizes = {**usual, what: value}
                 place = Path(folder) / "scene"
-                scene(Path(folder) / "photos", **sizes)
+                # In a process of its own: a child that is measured begins with the memory of its parent.
+                making = multiprocessing.Process(target=scene, args=(Path(folder) / "photos",), kwargs=sizes)
+                making.start()
+                making.join()
                 run([program, "import", str(Path(folder) / "photos"), "--out", str(place)])
                 told, seconds, peak = min(
                     (run([program, "match", str(place), "--overwrite", *more]) for _ in range(2)),

@@ -69,7 +69,7 @@ pub(super) struct MatchArguments {
     /// Interpolate three costs by a parabola instead of the fit over all frames (always so for correlation)
     #[arg(long)]
     no_fit: bool,
-    /// Match this many rows in one go, at most [default: as many as take less than 1 GiB, and 256 at least]
+    /// Match this many rows in one go, at most [default: as many as take 768 MiB, and 256 at least]
     #[arg(long, value_name = "ROWS")]
     block_rows: Option<usize>,
 }

@@ -172,7 +172,7 @@ pub struct MatchOptions {
     pub max_sigma_px: f64,
     /// Without the ordering constraint, a pixel whose confidence is lower has no answer; [0, 1].
     pub min_confidence: f64,
-    /// Most rows that are matched in one go, beside a rim, from 1; `None`: as many as take less than 1 GiB, and
+    /// Most rows that are matched in one go, beside a rim, from 1; `None`: as many as take 768 MiB, and
     /// 256 at least. See [`Blocks`](super::Blocks).
     pub block_rows: Option<usize>,
 }

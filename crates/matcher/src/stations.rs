@@ -69,8 +69,9 @@ impl Searched {
         Self { normalised, halved, telling, searched_telling }
     }
 
-    /// The frames that are fitted, those that are searched at the whole resolution, and their lines.
-    fn used<'a>(&'a self, volume: &'a Volume, lines: EpiLines) -> (&'a Volume, &'a Volume, EpiLines) {
+    /// The frames that are fitted, those that are searched at the whole resolution, and their lines. Volumes share their
+    /// samples.
+    fn used(&self, volume: &Volume, lines: EpiLines) -> (Volume, Volume, EpiLines) {
         let (fitted, lines) = match &self.telling {
             Some(some) => (&some.volume, lines.in_frames(some.volume.tau(), some.reference)),
             None => (volume, lines),
@@ -80,7 +81,7 @@ impl Searched {
             (None, Some(normalised)) => normalised,
             (None, None) => fitted,
         };
-        (fitted, searched, lines)
+        (fitted.clone(), searched.clone(), lines)
     }
 
     fn overview(
@@ -97,7 +98,7 @@ impl Searched {
         progress.unless_cancelled()?;
         let options = MatchOptions { range, ..options.clone() };
         let (_, searched, lines) = self.used(volume, lines.clone());
-        let (range, ordering) = range_and_ordering(searched, &lines, &options, progress)?;
+        let (range, ordering) = range_and_ordering(&searched, &lines, &options, progress)?;
         Ok(Overview { range, ordering, light_changes: self.normalised.is_some() })
     }
 }
@@ -154,6 +155,9 @@ pub(crate) fn matched(
         None => minimum_frames(volume, options),
     };
     let (volume, searched_in, lines) = forms.used(volume, lines);
+    let is_normalised = forms.normalised.is_some();
+    drop(forms);
+    let volume = &volume;
     let candidates = Candidates::covering(range, options.disparity_step_px);
     options.check_search(&candidates)?;
     let rule = SeenRule { minimum_frames, ..seen_rule(volume, options, ordering) };
@@ -171,7 +175,7 @@ pub(crate) fn matched(
     );
     let pass = debug_span!("search").entered();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
-    let task = Task { volume: searched_in, lines: &lines, range, ordering, rule, options, progress };
+    let task = Task { volume: &searched_in, lines: &lines, range, ordering, rule, options, progress };
     let SearchResult { mut guess, cost, confidence, validity: searched, deviation_share } = {
         let searched = match &halved {
             None => search(task),
@@ -196,11 +200,11 @@ pub(crate) fn matched(
     let steps = match (&halved, options.fit) {
         (_, false) => 0,
         // One was taken at half the resolution, of the same frames.
-        (Some(_), true) if forms.normalised.is_none() => FIT_STEPS - 1,
+        (Some(_), true) if !is_normalised => FIT_STEPS - 1,
         (Some(_), true) => FIT_STEPS,
         (None, true) => FIT_STEPS,
     };
-    drop(halved);
+    drop((halved, searched_in));
     let fit_options = Fit { sizes: Sizes::of(options), steps, rule, deviation_share };
     let pass = debug_span!("fit").entered();
     progress.begin("refining", (rows * steps.max(1)) as u64);
