@@ -22,6 +22,7 @@ const FILES: &[&str] = &[
     "crates/devices/src/camera/v4l2/discover.rs",
     "crates/devices/src/camera/v4l2/kernel/",
     "crates/photographs/src/files.rs",
+    "src/bands/folder.rs",
     "src/calibrate/folder.rs",
     "src/memory.rs",
     "src/results/",

@@ -55,8 +55,30 @@ pub enum BandError {
         /// What is another one now.
         what: &'static str,
     },
+    /// The plan was changed by hand, or is damaged.
+    #[error("{}: {reason}; run `epirig match SEQ --survey --overwrite` again", folder.display())]
+    Contradiction {
+        /// The folder.
+        folder: PathBuf,
+        /// What does not fit.
+        reason: &'static str,
+    },
+    /// Something else is in the folder of the plan.
+    #[error("{} holds {name}, which is no part of a match in bands; move it away", folder.display())]
+    Taken {
+        /// The folder.
+        folder: PathBuf,
+        /// A file or folder in it.
+        name: String,
+    },
+    /// Parts without a plan are in the folder.
+    #[error("{} holds parts without their plan; give --overwrite to remove them", .0.display())]
+    PartsAlone(PathBuf),
     /// The frames are no longer packed.
-    #[error("the packed frames are gone, of which bands read their rows; run `epirig pack SEQ` again")]
+    #[error(
+        "the packed frames are gone or of something else, and bands read their rows of them; run `epirig match SEQ --survey` again, with \
+         the same options"
+    )]
     NotPacked,
     /// The plan has no such band.
     #[error("there is no band {band}; the last is {last}")]
@@ -89,8 +111,14 @@ pub enum BandError {
 }
 
 fn listed(faults: &[(usize, PartFault)]) -> String {
-    let words: Vec<String> = faults.iter().map(|(band, fault)| format!("{band} ({fault})")).collect();
-    words.join(", ")
+    // Neighbours with the same fault are one entry.
+    let runs = faults.chunk_by(|(one, fault), (next, other)| one + 1 == *next && fault == other);
+    let words = runs.map(|run| match run {
+        [(band, fault)] => format!("{band} ({fault})"),
+        [(first, fault), .., (last, _)] => format!("{first} to {last} ({fault})"),
+        [] => String::new(),
+    });
+    words.collect::<Vec<_>>().join(", ")
 }
 
 impl BandError {
@@ -104,15 +132,20 @@ impl Fault for BandError {
     fn blame(&self) -> Blame {
         match self {
             Self::Io { .. } => Blame::System,
-            Self::NoPlan(_) | Self::OtherMatch { .. } | Self::NoSuchBand { .. } | Self::NotPacked => {
-                Blame::Request
-            }
+            Self::NoPlan(_)
+            | Self::OtherMatch { .. }
+            | Self::Taken { .. }
+            | Self::PartsAlone(_)
+            | Self::NoSuchBand { .. }
+            | Self::NotPacked => Blame::Request,
             Self::Record(RecordError::Read(error)) => error.blame(),
             Self::Mask(error) => error.blame(),
             Self::Results(error) => error.blame(),
-            Self::Record(_) | Self::Changed { .. } | Self::Incomplete { .. } | Self::Part { .. } => {
-                Blame::Data
-            }
+            Self::Record(_)
+            | Self::Contradiction { .. }
+            | Self::Changed { .. }
+            | Self::Incomplete { .. }
+            | Self::Part { .. } => Blame::Data,
         }
     }
 }

@@ -8,16 +8,18 @@ use super::{BandError, BandPlan, PartFault};
 use crate::results::{MaskFacts, Region, encoded_picture, read_mask};
 use epirig_core::grid::Grid;
 use epirig_data::storage::{
-    LARGEST_RECORD, RealDisk, Scratch, hash, is_there, put_in_place, read_file, record_in, recover,
-    write_whole,
+    Disk as _, LARGEST_RECORD, RealDisk, Scratch, hash, is_own_folder, is_scratch, is_there, put_in_place,
+    read_file, record_in, recover, write_whole,
 };
-use epirig_matcher::{Blocks, DisparityMaps};
+use epirig_matcher::{Blocks, DisparityMaps, Overview};
 use image::GrayImage;
 
 /// Name of the plan in its folder.
 const PLAN: &str = "plan.json";
 /// Name of the mask of the match there, if it has one.
 const MASK: &str = "mask.png";
+/// Ending of the names of parts.
+const PART: &str = ".part";
 /// A part is no larger: the pixels of the largest picture.
 const LARGEST_PART: u64 = 1 << 33;
 
@@ -36,7 +38,7 @@ impl Parts {
     }
 
     fn path(&self, block: usize) -> PathBuf {
-        self.folder.join(format!("{block:05}.part"))
+        self.folder.join(format!("{block:05}{PART}"))
     }
 
     /// Writes the `maps` of a block of rows, whose match took so many seconds.
@@ -52,20 +54,37 @@ impl Parts {
     ) -> Result<(), BandError> {
         let path = self.path(block);
         let bytes = encode(&self.plan, rows, maps, seconds);
-        write_whole(&mut RealDisk, &path, &bytes).map_err(BandError::io("write", path))
+        // Another process may write the same part: each has a name of its own until it is whole.
+        let mut disk = RealDisk;
+        let scratch =
+            Scratch::inside(&self.folder).map_err(BandError::io("make a folder in", &self.folder))?;
+        let new = scratch.path().join("part");
+        let written = write_whole(&mut disk, &new, &bytes).and_then(|()| disk.rename(&new, &path));
+        written.and_then(|()| disk.sync(&self.folder)).map_err(BandError::io("write", path))
     }
 
     /// The maps of `block` of `blocks`, and the seconds that their match took.
     ///
     /// # Errors
     /// Why the part is not used.
-    pub fn take(&self, block: usize, blocks: &Blocks) -> Result<(DisparityMaps, f64), PartFault> {
+    pub fn take(
+        &self,
+        block: usize,
+        blocks: &Blocks,
+        overview: Option<Overview>,
+    ) -> Result<(DisparityMaps, f64), PartFault> {
         let bytes = match read_file(&self.path(block), LARGEST_PART) {
             Ok(bytes) => bytes,
             Err(error) if error.is_missing() => return Err(PartFault::Missing),
             Err(error) => return Err(PartFault::Unreadable(error.to_string())),
         };
-        decode(&bytes, &self.plan, &blocks.answered_rows(block), blocks.columns())
+        let (maps, seconds) = decode(&bytes, &self.plan, &blocks.answered_rows(block), blocks.columns())?;
+        let as_found = overview
+            .is_none_or(|overview| (maps.range, maps.ordering) == (overview.range, overview.ordering));
+        match maps.reference == blocks.reference() && blocks.suits(maps.range) && as_found {
+            true => Ok((maps, seconds)),
+            false => Err(PartFault::OtherMatch),
+        }
     }
 }
 
@@ -98,7 +117,38 @@ impl BandFolder {
         let (rows, columns) = (plan.task.rows, plan.task.columns);
         let read = |_: &MaskFacts| read_mask(&folder.join(MASK), rows, columns);
         let mask = plan.task.mask.as_ref().map(read).transpose()?;
+        if mask.as_ref().map(|mask| &mask.facts.blake3) != plan.mask_blake3.as_ref() {
+            let reason = "its mask.png is another one than at the survey";
+            return Err(BandError::Contradiction { folder: folder.to_owned(), reason });
+        }
         Ok(Self { plan, parts, mask: mask.map(|mask| mask.inside) })
+    }
+
+    /// Whether a plan of a match may be written into `folder`: nothing is there but what belongs to one, and without
+    /// `overwrite` no plan or part.
+    ///
+    /// # Errors
+    /// [`BandError::Taken`] or [`BandError::PartsAlone`].
+    pub fn check_free(folder: &Path, overwrite: bool) -> Result<(), BandError> {
+        if !is_own_folder(folder).map_err(BandError::io("look at", folder))? {
+            return Ok(());
+        }
+        let look = || BandError::io("look into", folder);
+        for entry in std::fs::read_dir(folder).map_err(look())? {
+            let name = entry.map_err(look())?.file_name().to_string_lossy().into_owned();
+            let is_part = name.ends_with(PART);
+            let is_known = is_part
+                || name == PLAN
+                || name == MASK
+                || name.starts_with("slurm-")
+                || is_scratch(name.as_ref());
+            match () {
+                () if !is_known => return Err(BandError::Taken { folder: folder.to_owned(), name }),
+                () if is_part && !overwrite => return Err(BandError::PartsAlone(folder.to_owned())),
+                () => {}
+            }
+        }
+        Ok(())
     }
 
     /// Writes a `plan` into `folder`, in place of one that is there with its parts. `mask` tells whether each pixel is
@@ -106,24 +156,25 @@ impl BandFolder {
     ///
     /// # Errors
     /// [`BandError::Io`] if it cannot be written.
-    pub fn create(folder: &Path, plan: BandPlan, mask: Option<Grid<bool>>) -> Result<Self, BandError> {
+    pub fn create(folder: &Path, mut plan: BandPlan, mask: Option<Grid<bool>>) -> Result<Self, BandError> {
         let mut disk = RealDisk;
         let scratch = Scratch::beside(folder)
             .map_err(|(path, source)| BandError::io("make a folder in", path)(source))?;
         let new = scratch.path().join(Self::NAME);
-        epirig_data::storage::Disk::make_folder(&mut disk, &new)
-            .map_err(BandError::io("make the folder", folder))?;
+        disk.make_folder(&new).map_err(BandError::io("make the folder", folder))?;
         let mut write = |name: &str, bytes: &[u8]| {
             write_whole(&mut disk, &new.join(name), bytes).map_err(BandError::io("write", folder.join(name)))
         };
-        let text = serde_json::to_vec_pretty(&plan).map_err(std::io::Error::other);
-        let text = text.map_err(BandError::io("write", folder.join(PLAN)))?;
-        write(PLAN, &text)?;
         if let Some(mask) = &mask {
             let values = mask.values().iter().map(|&inside| u8::MAX * u8::from(inside)).collect();
             let picture = GrayImage::from_raw(mask.columns() as u32, mask.rows() as u32, values);
-            write(MASK, &encoded_picture(&folder.join(MASK), &picture.unwrap_or_default())?)?;
+            let bytes = encoded_picture(&folder.join(MASK), &picture.unwrap_or_default())?;
+            write(MASK, &bytes)?;
+            plan.mask_blake3 = Some(hash(&bytes));
         }
+        let text = serde_json::to_vec_pretty(&plan).map_err(std::io::Error::other);
+        let text = text.map_err(BandError::io("write", folder.join(PLAN)))?;
+        write(PLAN, &text)?;
         put_in_place(&mut disk, &new, folder).map_err(BandError::io("put in place", folder))?;
         let parts = Parts { folder: folder.to_owned(), plan: hash(&text) };
         Ok(Self { plan, parts, mask })

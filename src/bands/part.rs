@@ -45,6 +45,9 @@ pub enum PartFault {
     /// It is of another plan.
     #[error("of another plan")]
     OtherPlan,
+    /// It is there and says that it found something else than was searched.
+    #[error("of another match")]
+    OtherMatch,
     /// It cannot be read.
     #[error("not to be read: {0}")]
     Unreadable(String),

@@ -42,6 +42,12 @@ pub struct BandPlan {
     pub format: u32,
     /// What is matched.
     pub task: BandTask,
+    /// BLAKE3 of `mask.png` beside it, if the match has a mask.
+    pub mask_blake3: Option<String>,
+    /// Whether a scan that is not closed was accepted.
+    pub anyway: bool,
+    /// Number of threads of the survey, for which memory and time are stated.
+    pub threads: usize,
     /// What holds for the whole picture; `None` if it is one block, which finds it.
     pub overview: Option<Overview>,
     /// Most bytes of memory that a band takes, and that the merge takes.
@@ -63,6 +69,25 @@ pub struct Memory {
 impl BandPlan {
     /// Version of the format of `plan.json`.
     pub const FORMAT: u32 = 1;
+
+    /// What in it contradicts itself, or a match of these `blocks`; `None` if nothing does.
+    pub(crate) fn contradiction(&self, blocks: &Blocks) -> Option<&'static str> {
+        let bands = &self.task.bands;
+        let begins = std::iter::once(0).chain(bands.iter().map(|band| band.end));
+        let follow = bands.iter().zip(begins).all(|(band, begin)| band.start == begin && band.end > begin);
+        match () {
+            () if !follow || bands.last().map(|last| last.end) != Some(blocks.count()) => {
+                Some("its bands are not those of its blocks")
+            }
+            () if self.overview.is_some() != (blocks.count() > 1) => {
+                Some("its overview does not fit its blocks")
+            }
+            () if self.overview.is_some_and(|overview| !blocks.suits(overview.range)) => {
+                Some("its range does not fit the frames")
+            }
+            () => None,
+        }
+    }
 }
 
 /// The blocks of each of so many bands, or of one band for each block if there are fewer blocks.

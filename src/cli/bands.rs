@@ -26,14 +26,15 @@ pub(super) struct BandArguments {
     #[arg(long, conflicts_with_all = ["band", "merge", "out", "figure_row", "limit"])]
     survey: bool,
     /// With --survey: number of bands [default: as many as there are blocks, see --block-rows]
-    #[arg(long, value_name = "N", requires = "survey", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", requires = "survey", conflicts_with_all = ["band", "merge"],
+        value_parser = clap::value_parser!(u32).range(1..))]
     bands: Option<u32>,
     /// Match one band of the plan, from 0 on, with the options of the plan. What is matched already stays
     #[arg(long, value_name = "K", conflicts_with_all = ["merge", "out", "overwrite", "figure_row", "limit",
-        "as_captured", "region", "mask", "anyway"])]
+        "as_captured", "region", "mask", "anyway", "MatchArguments"])]
     band: Option<usize>,
     /// Join all bands of the plan to the results: the same, to the last bit, as without bands
-    #[arg(long, conflicts_with_all = ["as_captured", "limit", "region", "mask", "anyway"])]
+    #[arg(long, conflicts_with_all = ["as_captured", "limit", "region", "mask", "anyway", "MatchArguments"])]
     merge: bool,
 }
 
@@ -71,9 +72,9 @@ pub(super) struct Planned {
 impl Planned {
     /// Opens the plan of the sequence in `folder`.
     pub(super) fn open(folder: &Path, talk: &Talk) -> Result<Self, CliError> {
-        // Whoever made the plan has accepted how the scan ended.
-        let sequence = AnywayArgument::ACCEPTED.open(folder, talk)?;
-        let folder = BandFolder::open(&folder.join(BandFolder::NAME))?;
+        let bands = BandFolder::open(&folder.join(BandFolder::NAME))?;
+        let sequence = AnywayArgument::of(bands.plan().anyway).open(folder, talk)?;
+        let folder = bands;
         let is_calibrated = folder.plan().task.calibration.is_some();
         let calibration = if is_calibrated { read_calibration(&sequence)? } else { None };
         Ok(Self { sequence, calibration, folder })
@@ -126,10 +127,10 @@ pub(super) fn survey(
     (sequence, folder): (&Sequence, &Path),
     calibration: Option<&(Calibration, Maps)>,
     asked: (&MatchOptions, &Region),
-    (bands, overwrite): (usize, bool),
+    (bands, overwrite, anyway): (usize, bool, AnywayArgument),
     talk: &Talk,
 ) -> Result<(), CliError> {
-    let place = (&*folder.join(BandFolder::NAME), overwrite);
+    let place = (&*folder.join(BandFolder::NAME), overwrite, anyway.is_given());
     let made = survey_bands(sequence, calibration, asked, bands, place, talk)?;
     let plan = made.plan();
     let count = plan.task.bands.len();

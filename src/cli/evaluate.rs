@@ -14,7 +14,7 @@ use super::region::RegionArguments;
 use super::scan_end::{AnywayArgument, tell_results};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
-use crate::pipeline::{OpenedResults, evaluation_need, frames_to_match, open_results};
+use crate::pipeline::{Held, OpenedResults, evaluation_need, frames_to_match, open_results};
 use crate::results::{Region, read_map};
 use epirig_data::sequence::Sequence;
 use epirig_matcher::RowSource;
@@ -124,16 +124,14 @@ impl Evaluate {
         let sequence = self.anyway.open(&self.seq, talk)?;
         let calibration = read_calibration(&sequence)?;
         let options = self.matching.options();
-        let held = pack_if_large(
-            &sequence,
-            calibration.as_ref(),
-            &options,
-            (evaluation_need, self.memory.limit),
-            talk,
-        )?;
         let frames = frames_of(&sequence, calibration.as_ref());
+        options.check(frames.rows, frames.columns, frames.count)?;
+        let limit = self.memory.limit;
+        let least = [Held::InMemory, Held::Packed].map(|held| evaluation_need(frames, &options, held));
+        refuse_more_than_allowed("evaluating", least[0].min(least[1]), limit)?;
+        let held = pack_if_large(&sequence, calibration.as_ref(), &options, (evaluation_need, limit), talk)?;
         let need = evaluation_need(frames, &options, held);
-        refuse_more_than_allowed("evaluating", need, self.memory.limit)?;
+        refuse_more_than_allowed("evaluating", need, limit)?;
         check("evaluating", need, talk, close_others)?;
         Ok(frames_to_match(&sequence, calibration.as_ref(), &options, talk)?)
     }

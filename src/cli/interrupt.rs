@@ -153,7 +153,9 @@ fn interrupted() {
         Some(switch) => stop(&switch),
         None => {
             let words = match abandon(DISK_PATIENCE) {
-                true => "interrupted; a scan keeps its frames, and no other output was written",
+                true => {
+                    "interrupted; frames that were scanned or packed and bands that were matched stay, and no other output was written"
+                }
                 false => {
                     "interrupted while the disk did not answer; folders .epirig-* may remain; the next command there removes them"
                 }

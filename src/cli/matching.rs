@@ -85,11 +85,6 @@ impl Match {
         let options = self.matching.options();
         let step = self.bands.step();
         if let Some(BandStep::Band(_) | BandStep::Merge) = step {
-            if !self.matching.are_usual() {
-                return Err(CliError::usage(
-                    "the options of the match are those of the plan; give them with --survey, and none here",
-                ));
-            }
             let planned = Planned::open(&self.seq, talk)?;
             return match step {
                 Some(BandStep::Band(band)) => planned.match_band(band, talk),
@@ -106,7 +101,7 @@ impl Match {
         let region = self.region.region(rows, columns, talk)?;
         if let Some(BandStep::Survey(bands)) = step {
             let asked = (&options, &region);
-            return survey((&sequence, &self.seq), used, asked, (bands, self.overwrite), talk);
+            return survey((&sequence, &self.seq), used, asked, (bands, self.overwrite, self.anyway), talk);
         }
         self.check_figure_row(rows, region.inside(rows, columns).as_ref())?;
         let out = self.out();

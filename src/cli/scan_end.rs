@@ -27,8 +27,14 @@ pub(super) fn tell_results(summary: &MatchSummary, talk: &Talk) {
 }
 
 impl AnywayArgument {
-    /// Wrong positions were accepted before.
-    pub(super) const ACCEPTED: Self = Self { anyway: true };
+    /// As it was given before.
+    pub(super) fn of(anyway: bool) -> Self {
+        Self { anyway }
+    }
+
+    pub(super) fn is_given(self) -> bool {
+        self.anyway
+    }
 
     /// Opens a sequence. Refuses a scan whose positions are wrong, unless the option accepts them, and one
     /// whose records contradict its rig. Reports the end of a scan that is not complete.

@@ -12,6 +12,11 @@ use epirig_core::shell::{quoted, quoted_word};
 /// there are more.
 const MOST_ELEMENTS: usize = 1000;
 
+/// The options by which this program divides and joins the work.
+const OWN: [&str; 4] = ["array", "dependency", "wrap", "parsable"];
+/// Options that ask for memory in other ways: sbatch takes one of them.
+const MEMORY: [&str; 3] = ["mem", "mem-per-cpu", "mem-per-gpu"];
+
 /// An option of sbatch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct SlurmOption {
@@ -42,6 +47,9 @@ pub(super) fn parse_option(text: &str) -> Result<Vec<SlurmOption>, String> {
             }
             _ => return Err(wrong()),
         }
+    }
+    if let Some(own) = options.iter().find(|option| OWN.contains(&option.name.as_str())) {
+        return Err(format!("{} is this program's own option of sbatch; leave it out", own.name));
     }
     // A line of the script must stay a line.
     match text.chars().any(char::is_control) {
@@ -81,13 +89,16 @@ impl Job {
             ("job-name", self.name.replace(char::is_whitespace, "-")),
             ("output", self.log.clone()),
             ("mem", format!("{}M", self.memory.div_ceil(1 << 20))),
-            ("time", (self.minutes * per_element).to_string()),
+            ("time", self.minutes.saturating_mul(per_element).to_string()),
         ];
         if elements > 0 {
             let at_once = self.at_once.map_or(String::new(), |count| format!("%{count}"));
             own.push(("array", format!("0-{}{at_once}", elements - 1)));
         }
-        own.retain(|(name, _)| !self.options.iter().any(|option| option.name == *name));
+        let has_memory = self.options.iter().any(|option| MEMORY.contains(&option.name.as_str()));
+        own.retain(|(name, _)| {
+            !self.options.iter().any(|option| option.name == *name) && !(*name == "mem" && has_memory)
+        });
         let own =
             own.into_iter().map(|(name, value)| SlurmOption { name: name.to_owned(), value: Some(value) });
         let line = |SlurmOption { name, value }: SlurmOption| match value {
@@ -148,14 +159,18 @@ pub(super) fn sent(script: &str, after: Option<&str>) -> Result<String, CliError
         ),
         _ => failed(error.to_string()),
     })?;
-    if let Some(mut input) = run.stdin.take() {
-        input.write_all(script.as_bytes()).map_err(|error| failed(error.to_string()))?;
-    }
+    // If sbatch ends before it has read all, what it says is the reason.
+    let written = run.stdin.take().map_or(Ok(()), |mut input| input.write_all(script.as_bytes()));
     let output = run.wait_with_output().map_err(|error| failed(error.to_string()))?;
     let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    if output.status.success() {
+        written.map_err(|error| failed(error.to_string()))?;
+    }
     // With several clusters their name follows.
-    let number = said(&output.stdout).split(';').next().unwrap_or_default().to_owned();
-    match output.status.success() && !number.is_empty() {
+    let lines = said(&output.stdout);
+    let number = lines.lines().last().unwrap_or_default().split(';').next().unwrap_or_default().to_owned();
+    let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    match output.status.success() && is_number {
         true => Ok(number),
         false => Err(failed(said(&output.stderr))),
     }
@@ -180,7 +195,16 @@ mod tests {
         );
         assert_eq!(options("nodelist=a,b,mem=1G"), Ok(vec![pair("nodelist", "a,b"), pair("mem", "1G")]));
         assert_eq!(options("exclusive"), Ok(vec![("exclusive".to_owned(), None)]));
-        for text in ["", "=lab", "partition=", "Part=lab", "a b", "partition=lab\n#SBATCH --uid=0"] {
+        for text in [
+            "array=0-3",
+            "mem=1G,wrap=x",
+            "",
+            "=lab",
+            "partition=",
+            "Part=lab",
+            "a b",
+            "partition=lab\n#SBATCH --uid=0",
+        ] {
             assert!(options(text).is_err(), "{text}");
         }
     }
@@ -210,6 +234,9 @@ mod tests {
             assert!(script.lines().any(|found| found == line), "{line}: {}", &script[..400]);
         }
         assert!(!script.contains("--mem=3M"));
+        let per_cpu =
+            Job { options: parse_option("mem-per-cpu=2G").unwrap(), ..job.clone() }.script().unwrap();
+        assert!(!per_cpu.contains("--mem=") && per_cpu.contains("#SBATCH --mem-per-cpu=2G"), "{per_cpu}");
         // Its tasks, as bash does them for one element, with a program that fails at one of them.
         let end = script.find("tasks=(").unwrap();
         let body = script[end..].replace(&quoted(&program().unwrap()), "call");

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, Parser};
 use serde::Serialize;
 
 use super::bands::Planned;
+use super::match_arguments::MatchArguments;
 use super::need::{frames_of, held};
+use super::region::RegionArguments;
 use super::slurm::{Job, SlurmOption, parse_option, sent};
 use super::{CliError, Talk};
 use crate::bands::BandFolder;
@@ -67,7 +69,7 @@ struct Sent {
 }
 
 /// Memory that is asked for, beside what is predicted: of the system's own share in a control group.
-const MARGIN: f64 = 1.1;
+const MARGIN: f64 = 1.25;
 /// A node may be so many times slower than the machine of the survey.
 const SLOWER: f64 = 5.0;
 /// The shortest time that is asked for.
@@ -105,15 +107,17 @@ impl Submit {
         let (folder, calibration) = (planned.folder(), planned.calibration.as_ref());
         let missing = missing_bands(&planned.sequence, calibration, folder)?;
         let plan = folder.plan();
-        let log = |name: &str| folder.path().join(name);
-        let seconds = plan.seconds.unwrap_or_default() * SLOWER;
+        let logs = text(folder.path())?;
+        let log = |name: &str| format!("{logs}/{name}");
+        // A job may have one thread, and the survey had several.
+        let seconds = plan.seconds.unwrap_or_default() * SLOWER * plan.threads as f64;
         let bands = Job {
             tasks: missing.iter().map(usize::to_string).collect(),
             arguments: vec!["match".into(), text(sequence)?, "--band".into()],
             at_once: self.at_once,
             memory: plan.memory_bytes.band,
             seconds,
-            log: text(&log("slurm-%A_%a.log"))?,
+            log: log("slurm-%A_%a.log"),
             ..self.job("bands", sequence)
         };
         let merge = Job {
@@ -123,14 +127,21 @@ impl Submit {
                 .collect(),
             memory: plan.memory_bytes.merge,
             seconds,
-            log: text(&log("slurm-%j.log"))?,
+            log: log("slurm-%j.log"),
             ..self.job("merge", sequence)
         };
         let mut done = Sent { tasks: bands.tasks.clone(), ..Sent::default() };
         if !missing.is_empty() {
             done.array = self.send(&bands, None, &mut done.scripts)?;
         }
-        done.merge = self.send(&merge, done.array.as_deref(), &mut done.scripts)?;
+        let merged = self.send(&merge, done.array.as_deref(), &mut done.scripts);
+        done.merge = merged.map_err(|mut error| {
+            if let Some(array) = &done.array {
+                error.message =
+                    format!("job {array} with the bands was sent, and the merge was not: {}", error.message);
+            }
+            error
+        })?;
         talk.result(&done, || {
             let Sent { array, merge: Some(merge), .. } = &done else { return done.scripts.join("\n") };
             let (bands, jobs) = match array {
@@ -143,36 +154,39 @@ impl Submit {
                 }
                 None => (format!("job {merge}: the merge; all bands are matched\n"), merge.clone()),
             };
-            let logs = quoted(&log("slurm-*.log"));
+            let logs = quoted(log("slurm-*.log").as_ref());
             format!("{bands}look: `squeue -j {jobs}`, {logs}\nafter a failure: run the same command again\n")
         })
     }
 
     /// Sends those `sequences` that have no results.
     fn whole_sequences(&self, sequences: &[PathBuf], talk: &Talk) -> Result<(), CliError> {
+        let options = passed(&self.matching)?;
+        let mut memory = WHOLE;
         let mut job = Job {
-            arguments: ["match".into(), "--memory".into(), format!("{}MiB", WHOLE >> 20)]
-                .into_iter()
-                .chain(self.overwrite.then(|| "--overwrite".into()))
-                .chain(self.matching.iter().cloned())
-                .collect(),
             at_once: self.at_once,
-            log: text(&whole(Path::new("."))?.join("epirig-%A_%a.log"))?,
+            log: format!("{}/epirig-%A_%a.log", text(&whole(Path::new("."))?)?),
             ..self.job("match", sequences[0].parent().unwrap_or(Path::new("epirig")))
         };
         for path in sequences {
             if path.join("results").join(ResultsKind::Match.summary()).exists() && !self.overwrite {
                 continue;
             }
+            let task = text(path)?;
             let sequence = Sequence::open(path)?;
             let frames = frames_of(&sequence, read_calibration(&sequence)?.as_ref());
-            let options = MatchOptions::default();
             let held = held(match_need, frames, &options, Some(WHOLE));
-            job.memory = job.memory.max(match_need(frames, &options, held));
+            let need = match_need(frames, &options, held);
+            (job.memory, memory) = (job.memory.max(need), memory.max(need));
             let samples = (frames.rows * frames.columns * frames.count) as f64;
             job.seconds = job.seconds.max(SLOWER * SAMPLE * samples);
-            job.tasks.push(text(path)?);
+            job.tasks.push(task);
         }
+        job.arguments = ["match".into(), "--memory".into(), format!("{}MiB", memory.div_ceil(1 << 20))]
+            .into_iter()
+            .chain(self.overwrite.then(|| "--overwrite".into()))
+            .chain(self.matching.iter().cloned())
+            .collect();
         let mut done = Sent { tasks: job.tasks.clone(), ..Sent::default() };
         if !job.tasks.is_empty() {
             done.array = self.send(&job, None, &mut done.scripts)?;
@@ -220,9 +234,42 @@ fn whole(path: &Path) -> Result<PathBuf, CliError> {
     std::fs::canonicalize(path).map_err(CliError::file("open", path))
 }
 
+/// A path in a script.
 fn text(path: &Path) -> Result<String, CliError> {
-    let refused = || {
-        CliError::usage(format!("{} is no name in UTF-8, which a script needs; rename it", path.display()))
+    let refused = |why: &str| {
+        CliError::usage(format!("{} {why}, which a script for sbatch cannot have; rename it", path.display()))
     };
-    path.to_str().map(str::to_owned).ok_or_else(refused)
+    let text = path.to_str().ok_or_else(|| refused("is no name in UTF-8"))?;
+    match text.chars().any(|letter| letter.is_control() || "\\\"%".contains(letter)) {
+        true => Err(refused("has a line break, a backslash, a quotation mark or a percent sign")),
+        false => Ok(text.to_owned()),
+    }
+}
+
+/// The options of a match as `epirig match` takes them.
+#[derive(Debug, Parser)]
+#[command(no_binary_name = true, disable_help_flag = true, allow_negative_numbers = true)]
+struct Passed {
+    #[arg(long)]
+    as_captured: bool,
+    #[arg(long)]
+    anyway: bool,
+    #[arg(long)]
+    figure_row: Option<usize>,
+    #[command(flatten)]
+    region: RegionArguments,
+    #[command(flatten)]
+    matching: MatchArguments,
+}
+
+/// The options of the match that `words` are, which are the same for all sequences.
+fn passed(words: &[String]) -> Result<MatchOptions, CliError> {
+    let refused = |error: clap::Error| {
+        let said = error.to_string();
+        let first = said.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+        CliError::usage(format!(
+            "{first}; after -- there may be options of `epirig match` that hold for each sequence"
+        ))
+    };
+    Passed::try_parse_from(words).map(|passed| passed.matching.options()).map_err(refused)
 }

@@ -59,34 +59,48 @@ fn task(
 ///
 /// # Errors
 /// [`PipelineError`] of the first step that fails; [`BandError::OtherMatch`] if the plan of another match is there and
-/// `overwrite` is not set.
+/// `overwrite` is not set; [`BandError::Taken`] if something else is there. `anyway` tells whether a scan that is not
+/// closed was accepted.
 pub fn survey_bands(
     sequence: &Sequence,
     calibration: Option<&Calibrated>,
     (options, region): (&MatchOptions, &Region),
     bands: usize,
-    (folder, overwrite): (&Path, bool),
+    (folder, overwrite, anyway): (&Path, bool, bool),
     progress: &dyn Progress,
 ) -> Result<BandFolder, PipelineError> {
     let (task, blocks) = task(sequence, calibration, (options, region), |blocks| bands_of(blocks, bands))?;
-    if !overwrite {
-        match BandFolder::open(folder) {
-            Ok(there) => {
-                let other = |what| BandError::OtherMatch { folder: folder.to_owned(), what };
-                return difference(&there.plan().task, &task)
-                    .map_or(Ok(there), |what| Err(other(what).into()));
+    let pack = || match blocks.needs_all_rows() {
+        true => Ok(()),
+        false => pack_sequence(sequence, calibration, &sequence.folder().join(PACKED), progress).map(drop),
+    };
+    match BandFolder::open(folder) {
+        Ok(there) => match difference(&there.plan().task, &task) {
+            // What is matched by the same plan stays.
+            None if there.plan().contradiction(&blocks).is_none() => {
+                pack()?;
+                return Ok(there);
             }
-            Err(BandError::NoPlan(_)) => {}
-            Err(error) => return Err(error.into()),
-        }
+            what if !overwrite => {
+                let (folder, what) = (folder.to_owned(), what.unwrap_or("a damaged one"));
+                return Err(BandError::OtherMatch { folder, what }.into());
+            }
+            _ => {}
+        },
+        Err(BandError::NoPlan(_)) => {}
+        Err(error) if !overwrite => return Err(error.into()),
+        Err(_) => {}
     }
-    if blocks.count() > 1 {
-        pack_sequence(sequence, calibration, &sequence.folder().join(PACKED), progress)?;
-    }
+    BandFolder::check_free(folder, overwrite)?;
+    pack()?;
     let _span = info_span!("survey").entered();
     let recorded = calibration.map(|(calibration, _)| calibration);
     let shape = matched_shape(sequence, recorded)?;
-    let packed = packed_volume(sequence, calibration, progress)?.filter(|_| blocks.count() > 1);
+    let packed = packed_volume(sequence, calibration, progress)?.filter(|_| !blocks.needs_all_rows());
+    if packed.is_none() && !blocks.needs_all_rows() {
+        // Another process has packed it as something else.
+        return Err(BandError::NotPacked.into());
+    }
     let (mut overview, mut seconds_of_row) = (None, None);
     if let Some(packed) = packed {
         let source: Arc<dyn RowSource> = Arc::new(PackedSource(packed));
@@ -102,10 +116,18 @@ pub fn survey_bands(
     let plan = BandPlan {
         format: BandPlan::FORMAT,
         memory_bytes: Memory { band: band_need(frames, options), merge: merge_need(frames, options) },
+        mask_blake3: None,
+        anyway,
+        threads: rayon::current_num_threads(),
         overview,
         seconds: seconds_of_row.map(|seconds| seconds * most_rows as f64),
         task,
     };
+    // It may have been filled since.
+    BandFolder::check_free(folder, overwrite)?;
+    if !overwrite && !matches!(BandFolder::open(folder), Err(BandError::NoPlan(_))) {
+        return Err(BandError::OtherMatch { folder: folder.to_owned(), what: "of another survey" }.into());
+    }
     let mask = region.mask.as_ref().map(|mask| mask.inside.clone());
     Ok(BandFolder::create(folder, plan, mask)?)
 }
@@ -150,16 +172,33 @@ fn planned(
     calibration: Option<&Calibrated>,
     folder: &BandFolder,
 ) -> Result<(Region, Blocks), PipelineError> {
-    let (plan, region) = (folder.plan(), folder.region());
+    let plan = folder.plan();
+    let shape = matched_shape(sequence, calibration.map(|(calibration, _)| calibration))?;
+    if (plan.task.rows, plan.task.columns) != (shape.rows, shape.columns) {
+        let (folder, what) = (folder.path().to_owned(), "frames of another size");
+        return Err(BandError::Changed { folder, what }.into());
+    }
+    let region = folder.region();
     let asked = (&plan.task.settings, &region);
     let (now, blocks) = task(sequence, calibration, asked, |_| plan.task.bands.clone())?;
     let folder = || folder.path().to_owned();
-    match difference(&plan.task, &now) {
-        Some(what) => Err(BandError::Changed { folder: folder(), what }.into()),
-        None if plan.task.bands.last().map(|last| last.end) != Some(blocks.count()) => {
-            Err(BandError::Changed { folder: folder(), what: "other blocks" }.into())
-        }
-        None => Ok((region, blocks)),
+    match (difference(&plan.task, &now), plan.contradiction(&blocks)) {
+        (Some(what), _) => Err(BandError::Changed { folder: folder(), what }.into()),
+        (None, Some(reason)) => Err(BandError::Contradiction { folder: folder(), reason }.into()),
+        (None, None) => Ok((region, blocks)),
+    }
+}
+
+/// Refuses frames that are not packed, if the match of these `blocks` reads parts of them.
+fn check_packed(
+    sequence: &Sequence,
+    calibration: Option<&Calibrated>,
+    blocks: &Blocks,
+    progress: &dyn Progress,
+) -> Result<(), PipelineError> {
+    match blocks.needs_all_rows() || packed_volume(sequence, calibration, progress)?.is_some() {
+        true => Ok(()),
+        false => Err(BandError::NotPacked.into()),
     }
 }
 
@@ -194,11 +233,10 @@ pub fn match_band(
     let (region, blocks) = planned(sequence, calibration, folder)?;
     let (plan, parts) = (folder.plan(), folder.parts());
     let of_band = folder.blocks(band)?;
-    let missing: Vec<usize> = of_band.clone().filter(|&block| parts.take(block, &blocks).is_err()).collect();
+    let missing: Vec<usize> =
+        of_band.clone().filter(|&block| parts.take(block, &blocks, plan.overview).is_err()).collect();
     if !missing.is_empty() {
-        if blocks.count() > 1 && packed_volume(sequence, calibration, progress)?.is_none() {
-            return Err(BandError::NotPacked.into());
-        }
+        check_packed(sequence, calibration, &blocks, progress)?;
         let recorded = calibration.map(|(calibration, _)| calibration);
         let asked = |shape: &VolumeShape| asked_blocks(shape, recorded, &plan.task.settings, &region);
         let input = MatchInput::of(sequence, calibration, asked, progress)?.ready(progress)?;
@@ -226,13 +264,14 @@ pub fn missing_bands(
     folder: &BandFolder,
 ) -> Result<Vec<usize>, PipelineError> {
     let (_, blocks) = planned(sequence, calibration, folder)?;
+    check_packed(sequence, calibration, &blocks, &Silent)?;
     Ok(faults(folder, &blocks).into_iter().map(|(band, _)| band).collect())
 }
 
 /// The bands of which a part is not to be used, each with the reason.
 fn faults(folder: &BandFolder, blocks: &Blocks) -> Vec<(usize, PartFault)> {
     let of_band = |of_band: Range<usize>| {
-        of_band.into_iter().find_map(|block| folder.parts().take(block, blocks).err())
+        of_band.into_iter().find_map(|block| folder.parts().take(block, blocks, folder.plan().overview).err())
     };
     let bands = folder.plan().task.bands.iter().cloned().enumerate();
     bands.filter_map(|(band, blocks)| Some((band, of_band(blocks)?))).collect()
@@ -257,6 +296,7 @@ pub fn merge_bands(
     if !faults.is_empty() {
         return Err(BandError::Incomplete { bands: folder.plan().task.bands.len(), faults }.into());
     }
-    let matched = |_: &super::ReadyInput| joined_parts(folder.parts(), &blocks);
+    check_packed(sequence, calibration, &blocks, progress)?;
+    let matched = |_: &super::ReadyInput| joined_parts(folder.parts(), &blocks, folder.plan().overview);
     written(sequence, calibration, (&folder.plan().task.settings, &region), view, matched, results, progress)
 }

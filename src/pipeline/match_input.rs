@@ -54,9 +54,8 @@ impl MatchInput {
         let _span = info_span!("reading", rectified = calibration.is_some()).entered();
         let shape = matched_shape(sequence, calibration.map(|(calibration, _)| calibration))?;
         let blocks = blocks(&shape)?;
-        let needs_all = blocks.count() == 1 && blocks.needed_rows(0) == (0..shape.rows);
         let frames = match packed_volume(sequence, calibration, progress)? {
-            Some(packed) if !needs_all => MatchFrames::Packed(Arc::new(PackedSource(packed))),
+            Some(packed) if !blocks.needs_all_rows() => MatchFrames::Packed(Arc::new(PackedSource(packed))),
             Some(packed) => MatchFrames::Memory(load_packed(&packed, progress)?),
             None => MatchFrames::Memory(load_unpacked(sequence, calibration, progress)?),
         };
@@ -117,7 +116,7 @@ impl ReadyInput {
         }
         let (parts, overview) = (Parts::within(folder), self.matcher.overview(progress)?);
         self.match_blocks(0..self.matcher.blocks().count(), overview, &parts, progress)?;
-        joined_parts(&parts, self.matcher.blocks()).map(|(maps, _)| maps)
+        joined_parts(&parts, self.matcher.blocks(), overview).map(|(maps, _)| maps)
     }
 
     /// Matches these blocks, whose maps become `parts`. What holds for the whole picture is `known`, unless it is one
@@ -147,10 +146,15 @@ impl ReadyInput {
 }
 
 /// The maps of the picture from the parts of all blocks, and the seconds that their match took.
-pub(super) fn joined_parts(parts: &Parts, blocks: &Blocks) -> Result<(DisparityMaps, f64), PipelineError> {
+pub(super) fn joined_parts(
+    parts: &Parts,
+    blocks: &Blocks,
+    overview: Option<Overview>,
+) -> Result<(DisparityMaps, f64), PipelineError> {
     let mut seconds = 0.0;
     let maps = blocks.joined((0..blocks.count()).map(|block| {
-        let (maps, took) = parts.take(block, blocks).map_err(|fault| BandError::Part { block, fault })?;
+        let (maps, took) =
+            parts.take(block, blocks, overview).map_err(|fault| BandError::Part { block, fault })?;
         seconds += took;
         Ok::<_, PipelineError>(maps)
     }))?;

@@ -57,7 +57,7 @@ pub fn where_frames_are(
 
 /// Whether a match needs several blocks.
 fn is_left_on_disk(packed: &PackedVolume, options: &MatchOptions) -> Result<bool, MatchError> {
-    Ok(Blocks::new(packed.shape(), options.clone())?.count() > 1)
+    Ok(!Blocks::new(packed.shape(), options.clone())?.needs_all_rows())
 }
 
 /// The frames of `sequence`, for matches with these `options`: packed ones of several blocks of rows stay on disk, others

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use crate::packed::same_maps;
 use crate::size::repetitions;
 use crate::small_rig::import_all;
-use crate::support::{epirig, fails, names, succeeds};
+use crate::support::{epirig, fails, names, succeeds, write_png};
+use epirig_core::frame::{Frame, Samples};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -78,12 +79,10 @@ fn what_is_missing_damaged_or_of_another_plan_is_told_and_matched_again() {
     fs::rename(path.join("seq/bands"), path.join("other")).unwrap();
     succeeds(path, &[&SURVEY[..], &["--bands", "4", "--range", "0..12"]].concat());
     fails(path, &["match", "seq", "--band", "4"], 2, &["there is no band 4; the last is 3"]);
-    fails(
-        path,
-        &["match", "seq", "--band", "1", "--quick"],
-        2,
-        &["options of the match are those of the plan"],
-    );
+    for useless in [&["--quick"][..], &["--method", "variance"], &["--bands", "4"], &["--mask", "x.png"]] {
+        let arguments = [&["match", "seq", "--band", "1"], useless].concat();
+        fails(path, &arguments, 2, &["cannot be used with"]);
+    }
     let two = [&SURVEY[..], &["--bands", "2", "--range", "0..12"]].concat();
     fails(path, &two, 2, &["the plan of another match (other bands)", "--overwrite"]);
     [0, 2, 3].into_iter().for_each(|k| drop(band(path, k)));
@@ -105,7 +104,7 @@ fn what_is_missing_damaged_or_of_another_plan_is_told_and_matched_again() {
     // The plan is of the frames and the calibration at the time of the survey.
     fs::remove_dir_all(path.join("seq/volume.zarr")).unwrap();
     fs::remove_file(part("00003.part")).unwrap();
-    fails(path, &["match", "seq", "--band", "0"], 2, &["the packed frames are gone", "epirig pack"]);
+    fails(path, &["match", "seq", "--band", "0"], 2, &["the packed frames are gone", "--survey"]);
     let plan = fs::read_to_string(part("plan.json")).unwrap();
     for (from, to, words) in [
         ("\"epirig 0", "\"epirig 7.0", "another version of epirig"),
@@ -115,8 +114,63 @@ fn what_is_missing_damaged_or_of_another_plan_is_told_and_matched_again() {
         fs::write(part("plan.json"), plan.replace(from, to)).unwrap();
         fails(path, &["match", "seq", "--merge", "--overwrite"], 5, &[words]);
     }
+    // What contradicts itself is no plan.
+    let blocks = "\"start\": 0";
+    for (from, to, words) in [
+        (blocks, "\"start\": 1", "its bands are not those of its blocks"),
+        ("\"rows\": 256", "\"rows\": 1099511627776", "frames of another size"),
+        ("\"overview\": {", "\"overview\": null, \"former\": {", "former"),
+    ] {
+        assert!(plan.contains(from), "{from}");
+        fs::write(part("plan.json"), plan.replacen(from, to, 1)).unwrap();
+        fails(path, &["match", "seq", "--merge", "--overwrite"], 5, &[words]);
+    }
+    let wide = plan.replace("\"maximum_px\": 12.0", "\"maximum_px\": 1e300");
+    fs::write(part("plan.json"), wide).unwrap();
+    assert_ne!(epirig(path, &["match", "seq", "--band", "0"]).status.code(), Some(0));
     fs::write(part("plan.json"), &plan[..plan.len() / 2]).unwrap();
     fails(path, &["match", "seq", "--merge", "--overwrite"], 5, &["plan.json", "--survey --overwrite"]);
+}
+
+#[test]
+fn a_survey_replaces_nothing_but_a_plan_and_a_mask_is_part_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    import_all(path, "seq");
+    let bands = path.join("seq/bands");
+    fs::create_dir(&bands).unwrap();
+    fs::write(bands.join("notes.txt"), "mine").unwrap();
+    for more in [&[][..], &["--overwrite"]] {
+        let words = ["seq/bands holds notes.txt", "move it away"];
+        fails(path, &[&SURVEY[..], more].concat(), 2, &words);
+    }
+    fs::remove_file(bands.join("notes.txt")).unwrap();
+    let mask = |name: &str, from: usize| {
+        let inside = (0..256 * 256).map(|pixel| if pixel % 256 > from { 255 } else { 0 }).collect();
+        let frame = Frame::new(256, 256, 8, Samples::U8(inside)).unwrap();
+        write_png(&path.join(name), &frame);
+    };
+    mask("one.png", 100);
+    mask("other.png", 150);
+    let masked = [&SURVEY[..], &["--bands", "2", "--mask", "one.png"]].concat();
+    succeeds(path, &masked);
+    band(path, 0);
+    // The same survey again packs what is missing, and keeps what is matched.
+    fs::remove_dir_all(path.join("seq/volume.zarr")).unwrap();
+    fails(path, &["match", "seq", "--band", "1"], 2, &["the packed frames are gone"]);
+    succeeds(path, &[&masked[..], &["--overwrite"]].concat());
+    assert!(band(path, 0).contains("was matched already"));
+    fs::copy(path.join("other.png"), bands.join("mask.png")).unwrap();
+    fails(path, &["match", "seq", "--band", "1"], 5, &["mask.png is another one", "--survey --overwrite"]);
+    fs::remove_file(bands.join("plan.json")).unwrap();
+    fails(path, &masked, 2, &["parts without their plan", "--overwrite"]);
+    // A region that is one block is read as a part, too.
+    let region = ["--region", "0,100,255,120"];
+    succeeds(path, &[&["match", "seq", "--survey", "--overwrite"][..], &region].concat());
+    band(path, 0);
+    succeeds(path, &["match", "seq", "--merge"]);
+    succeeds(path, &[&["match", "seq", "--out", "region"][..], &region].concat());
+    same_maps(&path.join("region"), &path.join("seq/results"));
 }
 
 #[test]
@@ -243,5 +297,18 @@ fn submitted_bands_and_sequences_are_matched_and_what_failed_is_sent_again() {
     assert_eq!(state(6), "0");
     assert!(path.join("second/results/match.json").exists());
     assert!(submit(&["seq", "second"]).contains("nothing is sent"));
+    for (words, why) in
+        [(&["--out", "x"][..], "--out"), (&["--metod", "variance"], "--metod"), (&["third"], "third")]
+    {
+        fails(
+            path,
+            &[&["submit", "seq", "second", "--overwrite", "--"], words].concat(),
+            2,
+            &[why, "after --"],
+        );
+    }
+    fs::create_dir(path.join("a\\b")).unwrap();
+    fails(path, &["submit", "seq", "a\\b"], 2, &["rename it"]);
+    fails(path, &["submit", "seq", "--slurm", "array=0-1"], 2, &["own option of sbatch"]);
     fails(path, &["submit", "seq", "--slurm", "a b"], 2, &["no list of sbatch's options", "partition=lab"]);
 }

@@ -11,12 +11,13 @@ mod joined;
 
 use std::ops::Range;
 
+use super::candidates::{Candidates, DisparityRange};
 use super::cost::normalise::NORMALISING_WINDOW_PX;
 use super::lines::EpiLines;
 use super::maps::DisparityMaps;
 use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::stations::{Overview, matched, overview, prepared};
-use super::validity::area::{Area, LARGEST_CELL_PX, rim_px, span};
+use super::validity::area::{Area, LARGEST_CELL_PX, rim_px, span, with_rim};
 pub(super) use block_progress::BlockProgress;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
@@ -207,7 +208,29 @@ impl Blocks {
     /// # Panics
     /// If there is no such block.
     pub fn needed_rows(&self, block: usize) -> Range<usize> {
-        self.area(block).map_or(0..self.rows, |area| area.rows)
+        let own = &self.blocks[block];
+        let used = match &self.inside {
+            None if *own == (0..self.rows) => return own.clone(),
+            None => own.clone(),
+            // A block has a pixel that is asked for.
+            Some(inside) => {
+                span(own.clone().filter(|&y| inside.row(y).contains(&true))).unwrap_or(own.clone())
+            }
+        };
+        with_rim(used, self.rows, &self.options)
+    }
+
+    /// Whether this range of disparities may be searched in these frames.
+    pub fn suits(&self, range: DisparityRange) -> bool {
+        let options = MatchOptions { range: Some(range), ..self.options.clone() };
+        let candidates = || Candidates::covering(range, options.disparity_step_px);
+        options.check(self.rows, self.columns, self.frames).is_ok()
+            && options.check_search(&candidates()).is_ok()
+    }
+
+    /// Whether the match reads all rows at a time: a single block that needs them.
+    pub fn needs_all_rows(&self) -> bool {
+        self.count() == 1 && self.needed_rows(0) == (0..self.rows)
     }
 
     /// The part of the picture that is matched for `block`; `None`: all of it.

@@ -16,6 +16,12 @@ use epirig_core::grid::Grid;
 /// those of the whole picture, because other cells give other answers, by a fifth of their sigma.
 pub(crate) const LARGEST_CELL_PX: usize = 16;
 
+/// `used` rows or columns of so many, with the rim on both sides that their match reads.
+pub(crate) fn with_rim(used: Range<usize>, count: usize, options: &MatchOptions) -> Range<usize> {
+    let (start, end) = (used.start.saturating_sub(rim_px(options)), used.end + rim_px(options));
+    start / LARGEST_CELL_PX * LARGEST_CELL_PX..end.next_multiple_of(LARGEST_CELL_PX).min(count)
+}
+
 /// The part of the picture that is matched.
 #[derive(Debug, Clone)]
 pub(crate) struct Area {
@@ -47,17 +53,12 @@ impl Area {
         let (Some(used_rows), Some(used_columns)) = (used_rows, used_columns) else {
             return Err(MatchError::EmptyMask);
         };
-        let rim = rim_px(options);
-        let widened = |used: Range<usize>, count: usize| {
-            let (start, end) = (used.start.saturating_sub(rim), used.end + rim);
-            start / LARGEST_CELL_PX * LARGEST_CELL_PX..end.next_multiple_of(LARGEST_CELL_PX).min(count)
-        };
-        let rows_matched = widened(used_rows, rows);
+        let rows_matched = with_rim(used_rows, rows, options);
         let mut part = Grid::filled(rows_matched.len(), columns, false);
         for (y, from) in rows_matched.clone().enumerate() {
             part.row_mut(y).copy_from_slice(inside.row(from));
         }
-        Ok(Self { columns: widened(used_columns, columns), rows: rows_matched, inside: part })
+        Ok(Self { columns: with_rim(used_columns, columns, options), rows: rows_matched, inside: part })
     }
 
     /// Takes the guesses of columns that are not searched from the fit.
