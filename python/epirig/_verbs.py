@@ -131,8 +131,8 @@ def match_array(
         Interpolate three costs by a parabola instead of the fit over all frames (always so for
         correlation).
     block_rows
-        Match this many rows in one go, at most. Without it: as many as take less than 1 GiB, and
-        256 at least.
+        Match this many rows in one go, at most. Without it: as many as take 768 MiB, and 256 at
+        least.
     progress
         Called with what is done, how many parts of it are done, and of how many.
 
@@ -552,8 +552,8 @@ def resume(
         Interpolate three costs by a parabola instead of the fit over all frames (always so for
         correlation).
     block_rows
-        Match this many rows in one go, at most. Without it: as many as take less than 1 GiB, and
-        256 at least.
+        Match this many rows in one go, at most. Without it: as many as take 768 MiB, and 256 at
+        least.
     progress
         Called with what is done, how many parts of it are done, and of how many.
     """
@@ -814,8 +814,8 @@ def measure(
         Interpolate three costs by a parabola instead of the fit over all frames (always so for
         correlation).
     block_rows
-        Match this many rows in one go, at most. Without it: as many as take less than 1 GiB, and
-        256 at least.
+        Match this many rows in one go, at most. Without it: as many as take 768 MiB, and 256 at
+        least.
     anyway
         Continue although the scan is not closed and the positions of its frames are wrong.
     progress
@@ -1532,8 +1532,8 @@ def repeat(
         Interpolate three costs by a parabola instead of the fit over all frames (always so for
         correlation).
     block_rows
-        Match this many rows in one go, at most. Without it: as many as take less than 1 GiB, and
-        256 at least.
+        Match this many rows in one go, at most. Without it: as many as take 768 MiB, and 256 at
+        least.
     progress
         Called with what is done, how many parts of it are done, and of how many.
     """
@@ -2074,8 +2074,8 @@ class SequenceVerbs:
             Interpolate three costs by a parabola instead of the fit over all frames (always so for
             correlation).
         block_rows
-            Match this many rows in one go, at most. Without it: as many as take less than 1 GiB,
-            and 256 at least.
+            Match this many rows in one go, at most. Without it: as many as take 768 MiB, and 256 at
+            least.
         progress
             Called with what is done, how many parts of it are done, and of how many.
         """
@@ -2332,8 +2332,8 @@ class SequenceVerbs:
             Interpolate three costs by a parabola instead of the fit over all frames (always so for
             correlation).
         block_rows
-            Match this many rows in one go, at most. Without it: as many as take less than 1 GiB,
-            and 256 at least.
+            Match this many rows in one go, at most. Without it: as many as take 768 MiB, and 256 at
+            least.
         progress
             Called with what is done, how many parts of it are done, and of how many.
         """
@@ -2537,8 +2537,8 @@ class SequenceVerbs:
             Interpolate three costs by a parabola instead of the fit over all frames (always so for
             correlation).
         block_rows
-            Match this many rows in one go, at most. Without it: as many as take less than 1 GiB,
-            and 256 at least.
+            Match this many rows in one go, at most. Without it: as many as take 768 MiB, and 256 at
+            least.
         progress
             Called with what is done, how many parts of it are done, and of how many.
         """
