@@ -22,7 +22,7 @@ def test_other_software_reads_the_packed_volume(sequence: epirig.Sequence, tmp_p
     assert (told["frames"], told["rows"], told["columns"]) == frames.shape
     array = zarr.open_group(folder, mode="r")["0"]
     assert np.array_equal(array[:], frames)
-    assert array.shards == (1, 192, 256) and array.chunks == (1, 64, 256)
+    assert array.shards == (1, 192, 256) and array.chunks == (1, 16, 256)
     assert np.array_equal(array[:, 70:75], frames[:, 70:75])
     mean = dask.from_zarr(str(folder / "0")).astype(float).mean(axis=0).compute()
     assert np.allclose(mean, frames.mean(axis=0))
