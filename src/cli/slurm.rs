@@ -97,7 +97,8 @@ impl Job {
         }
         let has_memory = self.options.iter().any(|option| MEMORY.contains(&option.name.as_str()));
         own.retain(|(name, _)| {
-            !self.options.iter().any(|option| option.name == *name) && !(*name == "mem" && has_memory)
+            let is_replaced = self.options.iter().any(|option| option.name == *name);
+            !is_replaced && (*name != "mem" || !has_memory)
         });
         let own =
             own.into_iter().map(|(name, value)| SlurmOption { name: name.to_owned(), value: Some(value) });
