@@ -41,7 +41,7 @@ impl Parts {
         self.folder.join(format!("{block:05}{PART}"))
     }
 
-    /// Writes the `maps` of a block of rows, whose match took so many seconds.
+    /// Writes the `maps` of a block of rows, whose match took `seconds`.
     ///
     /// # Errors
     /// [`BandError::Io`]; there is no part then, or the one that was there.

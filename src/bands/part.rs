@@ -53,7 +53,7 @@ pub enum PartFault {
     Unreadable(String),
 }
 
-/// The bytes of the part of a plan: `maps` of these rows, which took so many seconds.
+/// The bytes of the part of a plan: `maps` of these rows, whose match took `seconds`.
 pub(super) fn encode(plan: &str, rows: Range<usize>, maps: &DisparityMaps, seconds: f64) -> Vec<u8> {
     let pixels = rows.len() * maps.disparity.columns();
     let found = maps.without_pixels();
@@ -75,7 +75,7 @@ pub(super) fn encode(plan: &str, rows: Range<usize>, maps: &DisparityMaps, secon
     bytes
 }
 
-/// The maps in the bytes of a part of this plan, which has these rows and so many columns; and the seconds that
+/// The maps in the bytes of a part of this plan, which has these rows and `columns`; and the seconds that
 /// they took.
 pub(super) fn decode(
     bytes: &[u8],

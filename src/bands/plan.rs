@@ -90,7 +90,7 @@ impl BandPlan {
     }
 }
 
-/// The blocks of each of so many bands, or of one band for each block if there are fewer blocks.
+/// The blocks of each of `bands` bands, or of one band for each block if there are fewer blocks.
 pub(crate) fn bands_of(blocks: &Blocks, bands: usize) -> Vec<Range<usize>> {
     let count = blocks.count();
     let bands = bands.clamp(1, count.max(1));

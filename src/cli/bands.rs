@@ -41,7 +41,7 @@ pub(super) struct BandArguments {
 /// A step of a match in bands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BandStep {
-    /// Plans at most so many bands.
+    /// Plans this number of bands, at most.
     Survey(usize),
     /// Matches one.
     Band(usize),
@@ -122,7 +122,7 @@ impl Planned {
     }
 }
 
-/// Plans the match of the sequence in `folder` in at most so many bands.
+/// Plans the match of the sequence in `folder` in `bands` bands, or in as many as it has blocks if these are fewer.
 pub(super) fn survey(
     (sequence, folder): (&Sequence, &Path),
     calibration: Option<&(Calibration, Maps)>,

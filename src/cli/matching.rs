@@ -128,7 +128,7 @@ impl Match {
         self.out.clone().unwrap_or_else(|| self.seq.join("results"))
     }
 
-    /// Refuses a row for the figures that frames of so many rows do not have, or that has no pixel `inside`.
+    /// Refuses a row for the figures that frames of `rows` rows do not have, or that has no pixel `inside`.
     fn check_figure_row(&self, rows: usize, inside: Option<&Grid<bool>>) -> Result<(), CliError> {
         let Some(row) = self.figure_row else { return Ok(()) };
         if row >= rows {

@@ -70,7 +70,7 @@ struct Sent {
 
 /// Memory that is asked for, beside what is predicted: of the system's own share in a control group.
 const MARGIN: f64 = 1.25;
-/// A node may be so many times slower than the machine of the survey.
+/// A node may be slower than the machine of the survey by this factor.
 const SLOWER: f64 = 5.0;
 /// The shortest time that is asked for.
 const LEAST_MINUTES: u64 = 15;

@@ -29,7 +29,7 @@ const SAMPLE_ROWS: usize = 32;
 
 type Calibrated = (Calibration, Maps);
 
-/// What is matched in at most so many bands, with the blocks of the match.
+/// What is matched, in the bands that `bands` makes of the blocks, and the blocks of the match.
 fn task(
     sequence: &Sequence,
     calibration: Option<&Calibrated>,
