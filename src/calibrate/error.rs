@@ -12,7 +12,9 @@ use epirig_calibration::target::{OtherSize, TargetError};
 use epirig_calibration::texture_motion::TextureMotionError;
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Cancelled;
+use epirig_core::rows::RowsError;
 use epirig_core::tau::TauError;
+use epirig_data::packed::PackedError;
 use epirig_data::sequence::SequenceError;
 use epirig_data::storage::ReadError;
 
@@ -29,6 +31,12 @@ pub enum CalibrateError {
     /// A file cannot be read, or is not of the right kind.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// Frames that are held on disk cannot be written or read.
+    #[error(transparent)]
+    Packed(#[from] PackedError),
+    /// Rows of them cannot be read.
+    #[error(transparent)]
+    Rows(#[from] RowsError),
     /// There is nothing to calibrate with.
     #[error(
         "{} has nothing to calibrate with: there are no dark, flat or board frames, and no target or lens is described. Without \
@@ -254,6 +262,8 @@ impl Fault for CalibrateError {
             Self::Cancelled(_) => Blame::Interruption,
             Self::Sequence(error) => error.blame(),
             Self::Read(error) => error.blame(),
+            Self::Packed(error) => error.blame(),
+            Self::Rows(error) => error.blame(),
             Self::Io { .. } => Blame::System,
             Self::Exists { .. }
             | Self::NoTarget

@@ -1,6 +1,7 @@
 //! The steps of a calibration, in order.
 
-use super::frames::{frames_in_order, load, read_all, set_gains};
+use super::frames::read_all;
+use super::held::HeldFrames;
 use super::lens::find_lens;
 use super::positions::{from_stage, from_target};
 use super::remarks::Remarks;
@@ -8,11 +9,11 @@ use super::stage_axis::{FoundAxis, find_axis};
 use super::texture::{FoundMotion, Seen, from_texture};
 use super::{
     CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensRecord, LensSource,
-    MapHashes, PositionSource, PositionsRecord, StageAxisRecord,
+    MapHashes, MatchedFrames, PositionSource, PositionsRecord, StageAxisRecord,
 };
 use epirig_calibration::lens::Distortion;
 use epirig_calibration::photometry::{
-    FrameGains, Linearity, Maps, Outcome, Photometry, dominant_disparity, frame_gains, linearity,
+    FrameGains, GainError, Linearity, Maps, Outcome, Photometry, dominant_disparity, frame_gains, linearity,
 };
 use epirig_calibration::rectification::{Mapping, Rectifier};
 use epirig_calibration::texture_motion::MotionModel;
@@ -20,7 +21,6 @@ use epirig_core::fault::{Blame, Fault as _};
 use epirig_core::frame::{Frame, full_scale};
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
-use epirig_core::volume::Volume;
 use epirig_data::sequence::{FrameKind, Sequence};
 use tracing::{info, info_span, warn};
 
@@ -116,16 +116,16 @@ pub fn calibrate(
     let mut camera_motion = None;
     if gains_are_wanted || texture != Texture::Unused {
         let tau = Tau::from_positions(&positions.tau)?;
-        let span = info_span!("rectification");
-        let rectifier = Rectifier::new(mapping, correction)?;
-        let mut volume =
-            span.in_scope(|| load(sequence, &frames_in_order(sequence, None), &rectifier, tau, progress))?;
+        let mut frames = info_span!("rectification").in_scope(|| {
+            let frames = MatchedFrames::rectified(sequence, Rectifier::new(mapping, correction)?, tau);
+            HeldFrames::of(&frames, sequence, plan.frames_on_disk, progress)
+        })?;
         if gains_are_wanted {
-            gains = find_gains(&mut volume, stage_axis.as_ref().map(|axis| axis.disparity_px));
+            gains = find_gains(&mut frames, stage_axis.as_ref().map(|axis| axis.disparity_px), progress)?;
         }
         if texture != Texture::Unused {
             let seen = Seen {
-                volume: &volume,
+                frames: frames.source(),
                 camera: mapping.camera,
                 lens: &lens.estimate,
                 may: may_be_adjusted(&lens, &stage_axis),
@@ -270,18 +270,24 @@ fn positions(
     }
 }
 
-/// Measures the brightness of every frame, and equalises it in the volume.
-fn find_gains(volume: &mut Volume, disparity_px: Option<f64>) -> Outcome<FrameGains> {
-    let disparity_px = disparity_px.map_or_else(|| dominant_disparity(volume), Ok);
-    match disparity_px.and_then(|disparity_px| frame_gains(volume, disparity_px)) {
+/// Measures the brightness of every frame, and equalises it.
+fn find_gains(
+    frames: &mut HeldFrames,
+    disparity_px: Option<f64>,
+    progress: &dyn Progress,
+) -> Result<Outcome<FrameGains>, CalibrateError> {
+    let source = frames.source();
+    let disparity_px = disparity_px.map_or_else(|| dominant_disparity(source, progress), Ok);
+    Ok(match disparity_px.and_then(|disparity_px| frame_gains(source, disparity_px, progress)) {
         Ok(gains) if gains.significant => {
-            set_gains(volume, &gains.gain);
+            frames.set_gains(&gains.gain);
             Outcome::Applied(gains)
         }
         Ok(gains) => Outcome::NotApplied(format!(
             "it varies by {:.3} %, which is not significant",
             100.0 * gains.flicker
         )),
+        Err(GainError::Rows(error)) => return Err(error.into()),
         Err(error) => Outcome::NotApplied(error.to_string()),
-    }
+    })
 }

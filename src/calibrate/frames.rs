@@ -1,37 +1,11 @@
-//! Frames of a sequence: raw, or corrected and rectified as a volume.
+//! Frames of a sequence, as they were taken.
 
 use rayon::prelude::*;
 
 use super::{CalibrateError, Calibration};
-use epirig_calibration::rectification::Rectifier;
 use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
-use epirig_core::tau::Tau;
-use epirig_core::volume::Volume;
 use epirig_data::sequence::{FrameRecord, Sequence};
-
-/// Frames read and rectified together: the eight lanes of the rectifier.
-const TOGETHER: usize = 8;
-
-/// Loads a few frames at a time, so that only those are in memory besides the volume.
-pub(super) fn load(
-    sequence: &Sequence,
-    records: &[&FrameRecord],
-    rectifier: &Rectifier,
-    tau: Tau,
-    progress: &dyn Progress,
-) -> Result<Volume, CalibrateError> {
-    let mut volume = rectifier.volume(sequence.record().bit_depth, tau);
-    progress.begin("rectifying frames", records.len() as u64);
-    for (chunk, records) in records.chunks(TOGETHER).enumerate() {
-        progress.unless_cancelled()?;
-        let frames: Result<Vec<_>, _> = records.par_iter().map(|record| sequence.read(record)).collect();
-        rectifier.insert(&mut volume, chunk * TOGETHER, &frames?)?;
-        progress.advance(records.len() as u64);
-    }
-    progress.end();
-    Ok(volume)
-}
 
 /// The frames in the order in which they are matched: with a calibration that of its positions, else as they were taken.
 pub fn frames_in_order<'a>(
@@ -67,11 +41,4 @@ pub(super) fn read_all(
         .collect();
     progress.end();
     frames
-}
-
-/// Equalises the brightness of all frames, whose gains these are.
-pub(super) fn set_gains(volume: &mut Volume, gains: &[f64]) {
-    for (frame, gain) in gains.iter().enumerate() {
-        volume.set_frame_gain(frame, (1.0 / gain) as f32);
-    }
 }

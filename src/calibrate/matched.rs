@@ -11,6 +11,7 @@ use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::{Volume, VolumeShape};
+use epirig_data::packed::PackWriter;
 use epirig_data::sequence::{FrameRecord, Sequence};
 
 /// The volume of a sequence without its samples: with a calibration of rectified frames at their measured positions,
@@ -75,6 +76,12 @@ impl<'a> MatchedFrames<'a> {
         Ok(Self { sequence, records: frames_in_order(sequence, calibration), rectifier, shape })
     }
 
+    /// The frames of `sequence` as they were taken, at `tau`, rectified while the calibration is still being found.
+    pub(super) fn rectified(sequence: &'a Sequence, rectifier: Rectifier, tau: Tau) -> Self {
+        let shape = rectifier.shape(sequence.record().bit_depth, tau);
+        Self { sequence, records: frames_in_order(sequence, None), rectifier: Some(rectifier), shape }
+    }
+
     /// The volume of all of them, without its samples.
     pub fn shape(&self) -> &VolumeShape {
         &self.shape
@@ -103,11 +110,7 @@ impl<'a> MatchedFrames<'a> {
     ///
     /// # Errors
     /// As [`Self::group`].
-    pub(super) fn insert(
-        &self,
-        volume: &mut Volume,
-        (place, first): (usize, usize),
-    ) -> Result<(), CalibrateError> {
+    fn insert(&self, volume: &mut Volume, (place, first): (usize, usize)) -> Result<(), CalibrateError> {
         let records = self.records.iter().skip(first).take(Self::TOGETHER);
         let records: Vec<&FrameRecord> = records.copied().collect();
         let frames: Result<Vec<Frame>, _> =
@@ -128,6 +131,54 @@ impl<'a> MatchedFrames<'a> {
         Ok(())
     }
 
+    /// All of them as a volume, with their gains.
+    pub(super) fn loaded(&self, progress: &dyn Progress) -> Result<Volume, CalibrateError> {
+        let count = self.records.len();
+        let mut volume = self.shape.of_rows(self.shape.rows);
+        progress.begin("rectifying frames", count as u64);
+        for first in (0..count).step_by(Self::TOGETHER) {
+            progress.unless_cancelled()?;
+            self.insert(&mut volume, (first, first))?;
+            progress.advance(Self::TOGETHER.min(count - first) as u64);
+        }
+        progress.end();
+        Ok(volume)
+    }
+
+    /// Packs them with `writer`, a few at a time; `progress` is told this name of the work. Returns the number of those
+    /// that were packed before.
+    ///
+    /// # Errors
+    /// [`CalibrateError`] naming the frame that cannot be used, or the file that cannot be written. What is packed by
+    /// then stays.
+    pub fn packed(
+        &self,
+        mut writer: PackWriter,
+        work: &str,
+        progress: &dyn Progress,
+    ) -> Result<usize, CalibrateError> {
+        let (count, mut before) = (self.records.len(), 0);
+        progress.begin(work, count as u64);
+        for first in (0..count).step_by(Self::TOGETHER) {
+            let mut missing = Vec::new();
+            for t in first..count.min(first + Self::TOGETHER) {
+                match writer.has(t)? {
+                    true => before += 1,
+                    false => missing.push(t),
+                }
+            }
+            progress.unless_cancelled()?;
+            if !missing.is_empty() {
+                let few = self.group(first)?;
+                missing.into_iter().try_for_each(|t| writer.put(t, few.samples_of_frame(t - first)))?;
+            }
+            progress.advance(Self::TOGETHER.min(count - first) as u64);
+        }
+        writer.finish()?;
+        progress.end();
+        Ok(before)
+    }
+
     fn fault(&self, error: CalibrateError) -> CalibrateError {
         fault_of_the_record(self.sequence, error)
     }
@@ -145,16 +196,6 @@ pub fn load_calibrated(
     maps: &Maps,
     progress: &dyn Progress,
 ) -> Result<Volume, CalibrateError> {
-    let frames = MatchedFrames::of(sequence, Some((calibration, maps)))?;
     let _span = tracing::info_span!("rectification").entered();
-    let (shape, count) = (frames.shape(), frames.records().len());
-    let mut volume = shape.of_rows(shape.rows);
-    progress.begin("rectifying frames", count as u64);
-    for first in (0..count).step_by(MatchedFrames::TOGETHER) {
-        progress.unless_cancelled()?;
-        frames.insert(&mut volume, (first, first))?;
-        progress.advance(MatchedFrames::TOGETHER.min(count - first) as u64);
-    }
-    progress.end();
-    Ok(volume)
+    MatchedFrames::of(sequence, Some((calibration, maps)))?.loaded(progress)
 }

@@ -14,6 +14,7 @@ mod error;
 mod find;
 mod folder;
 mod frames;
+mod held;
 mod inputs;
 mod lens;
 mod matched;

@@ -19,6 +19,9 @@ pub struct CalibrationPlan {
     pub positions: PositionSource,
     /// Flat frames at several exposures, to test the sensor's linearity; may be empty.
     pub exposures: Vec<ExposureLevel>,
+    /// Whether rectified frames are held on disk while the calibration lasts, in the folder of the sequence, and not in
+    /// memory. The calibration is the same.
+    pub frames_on_disk: bool,
 }
 
 epirig_core::choices! {

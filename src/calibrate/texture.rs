@@ -1,5 +1,7 @@
 //! The camera's motion, and the position of every frame, from the object's texture.
 
+use std::sync::OnceLock;
+
 use super::remarks::{Remarks, some_of};
 use super::{CalibrateError, CameraMotionRecord, PositionSource, PositionsRecord};
 use epirig_calibration::lens::LensEstimate;
@@ -11,10 +13,12 @@ use epirig_calibration::texture_motion::{
 };
 use epirig_core::frame::full_scale;
 use epirig_core::grid::Grid;
+use epirig_core::image::reduced;
 use epirig_core::progress::Progress;
+use epirig_core::rows::{RowSource, RowsError};
 use epirig_core::statistics::root_mean_square;
 use epirig_core::tau::Tau;
-use epirig_core::volume::Volume;
+use epirig_core::volume::VolumeShape;
 use epirig_data::sequence::{Origin, Sequence};
 
 /// Places of points in frames: some hundred points in each of a hundred frames, from several anchors.
@@ -30,42 +34,44 @@ const MANY_REJECTED: f64 = 0.1;
 /// of a tenth of a degree moves at the borders.
 const VAGUE_FOCAL_LENGTH: f64 = 0.1;
 
-/// A volume as frames of 8 bit.
-struct VolumeFrames<'a>(&'a Volume, &'a dyn Progress);
+/// Rectified frames as frames of 8 bit.
+struct RectifiedFrames<'a> {
+    source: &'a dyn RowSource,
+    shape: VolumeShape,
+    progress: &'a dyn Progress,
+    /// Why a frame could not be read. Then the work ends as if it was cancelled.
+    unread: OnceLock<RowsError>,
+}
 
-impl Frames for VolumeFrames<'_> {
+impl Frames for RectifiedFrames<'_> {
     fn count(&self) -> usize {
-        self.0.frames()
+        self.shape.tau.frames()
     }
 
     fn size(&self) -> (usize, usize) {
-        (self.0.rows(), self.0.columns())
+        (self.shape.rows, self.shape.columns)
     }
 
     fn picture(&self, index: usize, factor: usize) -> Grid<f32> {
-        let volume = self.0;
-        let (rows, columns) = (volume.rows() / factor, volume.columns() / factor);
-        let share = 255.0 / (f32::from(full_scale(volume.bit_depth())) * (factor * factor) as f32);
-        let mut picture = Grid::filled(rows, columns, 0.0_f32);
-        let mut line = vec![0.0; volume.columns()];
-        for row in 0..rows * factor {
-            volume.copy_row(row, index, &mut line);
-            for (sum, values) in picture.row_mut(row / factor).iter_mut().zip(line.chunks_exact(factor)) {
-                *sum += share * values.iter().sum::<f32>();
-            }
-        }
+        let frame = self.source.frame(index).unwrap_or_else(|error| {
+            self.unread.get_or_init(|| error);
+            Grid::filled(self.shape.rows, self.shape.columns, 0.0)
+        });
+        let mut picture = reduced(&frame, factor);
+        let share = 255.0 / f32::from(full_scale(self.shape.bit_depth));
+        picture.values_mut().iter_mut().for_each(|value| *value *= share);
         picture
     }
 
     fn cancelled(&self) -> bool {
-        self.1.cancelled()
+        self.unread.get().is_some() || self.progress.cancelled()
     }
 }
 
 /// What the texture is looked for in.
 pub(super) struct Seen<'a> {
     /// The frames, as `camera` sees them.
-    pub(super) volume: &'a Volume,
+    pub(super) frames: &'a dyn RowSource,
     pub(super) camera: RectifiedCamera,
     pub(super) lens: &'a LensEstimate,
     /// What may be adjusted.
@@ -93,14 +99,19 @@ pub(super) fn from_texture(
     progress: &dyn Progress,
 ) -> Result<FoundMotion, CalibrateError> {
     progress.begin("motion from the texture", 1);
-    let Seen { volume, camera, lens, may } = seen;
+    let Seen { frames: source, camera, lens, may } = seen;
+    let frames = RectifiedFrames { source, shape: source.shape(), progress, unread: OnceLock::new() };
     let origin = &sequence.record().origin;
     let centre_px = [camera.principal_point_x_px, camera.principal_point_y_px];
     let lens = MotionLens { focal_length_px: camera.focal_length_px, centre_px, ..MotionLens::of(lens) };
     let options = MotionOptions { observations: OBSERVATIONS, lens: Some(lens), may };
-    let motion = texture_motion(&VolumeFrames(volume, progress), &options).map_err(|error| match error {
+    let motion = texture_motion(&frames, &options);
+    if let Some(unread) = frames.unread.get() {
+        return Err(unread.clone().into());
+    }
+    let motion = motion.map_err(|error| match error {
         TextureMotionError::Cancelled(cancelled) => cancelled.into(),
-        error => unmeasured(error, origin, volume.frames(), &|frame| name(sequence, frame)),
+        error => unmeasured(error, origin, frames.count(), &|frame| name(sequence, frame)),
     })?;
     progress.advance(1);
     progress.end();
@@ -374,6 +385,9 @@ fn cure(origin: &Origin, of_images: &'static str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use epirig_core::fault::Blame;
+    use epirig_core::progress::Silent;
+    use epirig_core::volume::Volume;
     use std::collections::BTreeMap;
 
     fn scanned() -> Origin {
@@ -433,5 +447,40 @@ mod tests {
         let names = "frame 4 (4.png), frame 5 (5.png), frame 6 (6.png) and 3 more cannot be connected";
         assert!(of_images.contains(names) && of_images.contains("--exclude"), "{of_images}");
         assert!(!said(scanned()).contains("--exclude") && said(scanned()).contains("--positions stage"));
+    }
+
+    /// Frames of a disk that fails at one of them.
+    #[derive(Debug)]
+    struct Failing;
+
+    impl RowSource for Failing {
+        fn shape(&self) -> VolumeShape {
+            let tau = Tau::equidistant(5).unwrap();
+            VolumeShape { rows: 64, columns: 96, bit_depth: 8, fine: true, frame_gains: vec![1.0; 5], tau }
+        }
+
+        fn rows(&self, _: &[usize], _: &[usize], _: Tau, _: &dyn Progress) -> Result<Volume, RowsError> {
+            unreachable!("whole frames are looked at")
+        }
+
+        fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError> {
+            match t {
+                3 => Err(RowsError::Unread { message: "frame 3 is damaged".to_owned(), blame: Blame::Data }),
+                _ => Ok(Grid::filled(64, 96, 100.0)),
+            }
+        }
+    }
+
+    #[test]
+    fn a_frame_that_cannot_be_read_ends_the_search() {
+        let frames = RectifiedFrames {
+            source: &Failing,
+            shape: Failing.shape(),
+            progress: &Silent,
+            unread: OnceLock::new(),
+        };
+        let ended = texture_motion(&frames, &MotionOptions::of_positions(100));
+        assert!(matches!(ended, Err(TextureMotionError::Cancelled(_))), "{ended:?}");
+        assert!(frames.unread.get().is_some_and(|error| error.to_string() == "frame 3 is damaged"));
     }
 }

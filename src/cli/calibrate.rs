@@ -7,7 +7,8 @@ use clap::Args;
 use super::choice::choice;
 use super::files::{taken, write_new};
 use super::linearity::read_exposures;
-use super::need::{check, close_others, frames_of};
+use super::memory_limit::MemoryArgument;
+use super::need::check_calibration;
 use super::rig::RigArgument;
 use super::scan::match_command;
 use super::scan_end::AnywayArgument;
@@ -17,13 +18,13 @@ use crate::calibrate::{
     PositionSource, read_calibration_file,
 };
 use crate::number::{ascii, sigma};
-use crate::pipeline::{calibrate_sequence, calibration_need};
+use crate::pipeline::calibrate_sequence;
 use crate::profile::Profile;
 use crate::rig::calibration_plan;
 use epirig_calibration::lens::{LensEstimate, opencv_yaml, ros_camera_info};
 use epirig_calibration::photometry::{DarkRecord, FlatField, FlatMethod, FrameGains, HIGHEST_ORDER, Outcome};
 use epirig_core::shell::quoted;
-use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};
+use epirig_data::sequence::{Intrinsics, Sequence};
 use epirig_data::storage::{ReadError, parent, read_text};
 
 /// Calibrate: illumination, lens, stage axis, positions of frames
@@ -80,6 +81,8 @@ pub(super) struct CalibrateVerb {
     #[arg(long, value_parser = choice::<PositionSource>(), default_value_t = PositionSource::Automatic)]
     positions: PositionSource,
     #[command(flatten)]
+    memory: MemoryArgument,
+    #[command(flatten)]
     anyway: AnywayArgument,
     #[command(flatten)]
     rig: RigArgument,
@@ -102,10 +105,8 @@ impl CalibrateVerb {
         if let Some(path) = self.export_lens.as_deref().filter(|path| path.symlink_metadata().is_ok()) {
             return Err(taken(path));
         }
-        let plan = self.plan(&sequence)?;
-        let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
-        let need = calibration_need(frames_of(&sequence, None), others.iter().sum(), plan.positions);
-        check("calibrating", need, talk, close_others)?;
+        let mut plan = self.plan(&sequence)?;
+        check_calibration(&sequence, &mut plan, self.memory.limit, talk)?;
         let (found, unfinished) = calibrate_sequence(&sequence, &plan, self.overwrite, talk)?;
         let calibration = &found.calibration;
         if let Some(path) = &self.export_lens {

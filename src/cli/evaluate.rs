@@ -7,17 +7,16 @@ use clap::{ArgGroup, Args};
 use serde::Serialize;
 
 use super::match_arguments::MatchArguments;
-use super::matching::pack_if_large;
 use super::memory_limit::MemoryArgument;
 use super::need::{check, close_others, frames_of, refuse_more_than_allowed};
 use super::region::RegionArguments;
 use super::scan_end::{AnywayArgument, tell_results};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
-use crate::pipeline::{Held, OpenedResults, evaluation_need, frames_to_match, open_results};
+use crate::pipeline::{Held, OpenedResults, evaluation_need, frames_to_match, open_results, pack_if_large};
 use crate::results::{Region, read_map};
+use epirig_core::rows::RowSource;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::RowSource;
 use epirig_matcher::evaluate::{
     BothWaysReport, Differences, ErrorStatistics, SplitHalfReport, TruthReport, both_ways,
     compare_with_truth, leave_out, split_half,

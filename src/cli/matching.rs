@@ -7,22 +7,19 @@ use clap::Args;
 use super::bands::{BandArguments, BandStep, Planned, survey};
 use super::match_arguments::MatchArguments;
 use super::memory_limit::MemoryArgument;
-use super::need::{Need, check_match, frames_of, held};
+use super::need::{check_match, frames_of};
 use super::no_answer::{cause, no_answer};
 use super::region::RegionArguments;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, Calibration, read_calibration};
-use crate::pipeline::{
-    Held, Measurement, PACKED, PipelineError, View, match_need, measure, pack_sequence, where_frames_are,
-};
+use crate::pipeline::{Measurement, PipelineError, View, match_need, measure, pack_if_large};
 use crate::results::{
     ANSWER_CLASSES, MatchSummary, Region, ResultMap, ResultsFolder, ResultsKind, class_of, names,
 };
 use epirig_calibration::photometry::Maps;
 use epirig_core::choice::Choice as _;
 use epirig_core::grid::Grid;
-use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
 use epirig_matcher::{DisparityMaps, MatchError, MatchOptions, Validity};
@@ -194,32 +191,8 @@ impl Match {
     }
 }
 
-/// Packs frames with which something would take more memory than `limit` bytes, or than half of what is free, unless they
-/// are packed. Where they are then.
-pub(super) fn pack_if_large(
-    sequence: &Sequence,
-    calibration: Option<&(Calibration, Maps)>,
-    options: &MatchOptions,
-    (need, limit): (Need, Option<u64>),
-    talk: &Talk,
-) -> Result<Held, CliError> {
-    let frames = frames_of(sequence, calibration);
-    if where_frames_are(sequence, calibration, options, &Silent)? == Held::Packed {
-        return Ok(Held::Packed);
-    }
-    let held = held(need, frames, options, limit);
-    if held == Held::Packed {
-        let out = sequence.folder().join(PACKED);
-        talk.say(&format!(
-            "note: the frames are packed as {} first, because they are more than memory should hold; it may be removed afterwards",
-            quoted(&out)
-        ));
-        pack_sequence(sequence, calibration, &out, talk)?;
-    }
-    Ok(held)
-}
-
-/// Matches the frames into `folder`, with `limit` bytes of memory or half of what is free. Without a range of disparities the failure tells what they show of the motion.
+/// Matches the frames into `folder`, with `limit` bytes of memory or half of what is free. Without a range of disparities
+/// the failure tells what they show of the motion.
 pub(super) fn match_frames(
     sequence: &Sequence,
     calibration: Option<&(Calibration, Maps)>,

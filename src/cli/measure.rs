@@ -10,7 +10,7 @@ use super::import::{Afterwards, ImportArguments, describe};
 use super::match_arguments::MatchArguments;
 use super::matching::{advise, brief, match_frames, refuse_no_answer};
 use super::motion_sentence::motion_sentence;
-use super::need::{check, check_match, close_others, frames_of};
+use super::need::{check_calibration, check_match, frames_of};
 use super::no_answer::cause;
 use super::scan_end::AnywayArgument;
 use super::surface::{brief as brief_surface, measure_surface};
@@ -18,7 +18,7 @@ use super::verdict::{VerdictArguments, answer};
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, CalibrateError, Calibration, CalibrationPlan, PositionSource};
 use crate::number::{ascii, sigma};
-use crate::pipeline::{Frames, PipelineError, View, calibrate_sequence, calibration_need};
+use crate::pipeline::{Frames, PipelineError, View, calibrate_sequence};
 use crate::profile::Profile;
 use crate::results::{MatchSummary, Region, ResultsError, ResultsFolder, ResultsKind, SurfaceSummary, names};
 use crate::rig::calibration_plan;
@@ -154,10 +154,8 @@ fn measure_sequence(
             )),
             other => other.into(),
         })?;
-    let plan = plan_of(sequence)?;
-    let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
-    let need = calibration_need(frames_of(sequence, None), others.iter().sum(), plan.positions);
-    check("calibrating", need, talk, close_others)?;
+    let mut plan = plan_of(sequence)?;
+    check_calibration(sequence, &mut plan, None, talk)?;
     let found = calibrate_sequence(sequence, &plan, overwrite, talk);
     let (found, unfinished) = found.map_err(|error| refused(error, sequence))?;
     tell_found(&found.calibration, unfinished.as_ref(), sequence, talk);

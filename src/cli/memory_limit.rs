@@ -2,11 +2,11 @@
 
 use clap::Args;
 
-/// Most memory of a match.
+/// Most memory of what holds all frames.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct MemoryArgument {
-    /// Most memory that the match may take, such as 2GiB or 800MB [default: half of what is free]. Larger frames are
-    /// packed on disk first, as by `epirig pack`, and read a block of rows at a time. The results are the same
+    /// Most memory to take, such as 2GiB or 800MB [default: half of what is free]. Frames that are more are packed on
+    /// disk first, and read a part at a time. The results are the same
     #[arg(long = "memory", value_name = "SIZE", value_parser = parse_size)]
     pub(super) limit: Option<u64>,
 }

@@ -1,9 +1,9 @@
 //! Memory that a verb needs, compared with the memory available.
 
 use super::{CliError, Talk};
-use crate::calibrate::Calibration;
+use crate::calibrate::{Calibration, CalibrationPlan};
 use crate::memory::{Available, Bound, available};
-use crate::pipeline::{Frames, Held, frames_that_fit, match_need};
+use crate::pipeline::{Frames, Held, calibration_held, frames_that_fit, held, match_need};
 use epirig_calibration::photometry::Maps;
 use epirig_core::fault::Blame;
 use epirig_data::sequence::Sequence;
@@ -24,14 +24,19 @@ pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&(Calibration, 
     }
 }
 
-/// Most bytes that something takes, by where its frames are.
-pub(super) type Need = fn(Frames, &MatchOptions, Held) -> u64;
-
-/// Where the frames should be, so that what has this `need` takes `limit` bytes of memory, or half of what is free.
-pub(super) fn held(need: Need, frames: Frames, options: &MatchOptions, limit: Option<u64>) -> Held {
-    let [whole, packed] = [Held::InMemory, Held::Packed].map(|held| need(frames, options, held));
-    let limit = limit.or_else(|| Some(available()?.bytes / 2)).unwrap_or(u64::MAX);
-    if whole <= limit || packed >= whole { Held::InMemory } else { Held::Packed }
+/// Holds the frames of a calibration on disk if they are more than memory should hold, so that it takes `limit` bytes or
+/// half of what is free. Refuses one that does not fit.
+pub(super) fn check_calibration(
+    sequence: &Sequence,
+    plan: &mut CalibrationPlan,
+    limit: Option<u64>,
+    talk: &Talk,
+) -> Result<(), CliError> {
+    let (held, need) = calibration_held(sequence, plan, limit);
+    refuse_more_than_allowed("calibrating", need, limit)?;
+    check("calibrating", need, talk, close_others)?;
+    plan.frames_on_disk = held == Held::Packed;
+    Ok(())
 }
 
 /// Refuses a match that does not fit into memory, or takes more than `limit` bytes, and suggests one that fits.
@@ -41,7 +46,7 @@ pub(super) fn check_match(
     limit: Option<u64>,
     talk: &Talk,
 ) -> Result<(), CliError> {
-    let held = held(match_need, frames, options, limit);
+    let held = held(|held| match_need(frames, options, held), limit);
     let need = match_need(frames, options, held);
     refuse_more_than_allowed("matching", need, limit)?;
     check_match_of(frames, options, held, talk)
@@ -134,22 +139,5 @@ pub(super) fn size(bytes: u64) -> String {
     match bytes as f64 {
         small if small < 1e9 => format!("{:.0} MB", (small / 1e6).ceil()),
         large => format!("{:.1} GB", (large / 1e8).ceil() / 10.0),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frames_that_are_more_than_memory_should_hold_are_packed() {
-        let options = MatchOptions::default();
-        let large = Frames { count: 100, rows: 3648, columns: 5472, sample_bytes: 1 };
-        assert_eq!(held(match_need, large, &options, Some(8 << 30)), Held::InMemory);
-        assert_eq!(held(match_need, large, &options, Some(2 << 30)), Held::Packed);
-        assert!(match_need(large, &options, Held::Packed) < 1 << 30);
-        // Packing frames of a single block would save nothing.
-        let small = Frames { rows: 500, columns: 700, ..large };
-        assert_eq!(held(match_need, small, &options, Some(1 << 20)), Held::InMemory);
     }
 }

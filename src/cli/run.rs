@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::calibrate::tell;
 use super::doctor::{examine_rig, of, refuse_if_bad};
 use super::match_arguments::MatchArguments;
-use super::matching::{advise, brief};
-use super::need::check_match;
+use super::matching::{advise, brief, match_frames};
+use super::need::{check_calibration, check_match};
 use super::rig::RigArguments;
 use super::scan::{Captured, Course, Devices, RESULTS, scan};
 use super::surface::{brief as brief_surface, measure_surface};
@@ -17,7 +17,7 @@ use super::verdict::{VerdictArguments, answer};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
 use crate::doctor::{Report, Verdict};
-use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
+use crate::pipeline::{Frames, Measurement, View, calibrate_sequence};
 use crate::profile::Profile;
 use crate::results::{MatchSummary, Region, ResultsFolder, ResultsKind, SurfaceSummary, names};
 use crate::rig::{calibration_plan, can_be_calibrated};
@@ -198,7 +198,8 @@ pub(super) fn measure_frames(
     let (sequence, overwrite) = (Sequence::open(folder)?, existing == Existing::Replaced);
     let calibration = if can_be_calibrated(profile) {
         let record = sequence.record();
-        let plan = calibration_plan(profile, record.columns, record.rows);
+        let mut plan = calibration_plan(profile, record.columns, record.rows);
+        check_calibration(&sequence, &mut plan, None, talk)?;
         let (found, unfinished) = calibrate_sequence(&sequence, &plan, overwrite, talk)?;
         tell(&found.calibration, unfinished.as_ref(), talk);
         Some((found.calibration, found.maps))
@@ -207,7 +208,7 @@ pub(super) fn measure_frames(
     };
     let results = ResultsFolder::create(&folder.join(RESULTS), ResultsKind::Match, overwrite)?;
     let view = View { figure_row: None, truth };
-    let measurement =
-        measure(&sequence, calibration.as_ref(), (options, &Region::default()), view, &results, talk)?;
+    let asked = (options, &Region::default());
+    let measurement = match_frames(&sequence, calibration.as_ref(), asked, (view, None), &results, talk)?;
     Ok((measurement, results))
 }

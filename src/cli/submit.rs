@@ -7,13 +7,13 @@ use serde::Serialize;
 
 use super::bands::Planned;
 use super::match_arguments::MatchArguments;
-use super::need::{frames_of, held};
+use super::need::frames_of;
 use super::region::RegionArguments;
 use super::slurm::{Job, SlurmOption, parse_option, sent};
 use super::{CliError, Talk};
 use crate::bands::BandFolder;
 use crate::calibrate::read_calibration;
-use crate::pipeline::{match_need, missing_bands};
+use crate::pipeline::{held, match_need, missing_bands};
 use crate::results::{ResultsFolder, ResultsKind};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
@@ -175,7 +175,7 @@ impl Submit {
             let task = text(path)?;
             let sequence = Sequence::open(path)?;
             let frames = frames_of(&sequence, read_calibration(&sequence)?.as_ref());
-            let held = held(match_need, frames, &options, Some(WHOLE));
+            let held = held(|held| match_need(frames, &options, held), Some(WHOLE));
             let need = match_need(frames, &options, held);
             (job.memory, memory) = (job.memory.max(need), memory.max(need));
             let samples = (frames.rows * frames.columns * frames.count) as f64;

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::choice::choice;
-use super::matching::pack_if_large;
 use super::need::{check, close_others};
 use super::numbers::mm;
 use super::region::{RegionArguments, four};
@@ -15,7 +14,7 @@ use super::{CliError, Talk};
 use crate::number::{ascii, fixed, plain, share, sigma, with_interval};
 use crate::pipeline::{
     MeasuredSurface, OpenedResults, PipelineError, SurfaceQuestions, half_frames, half_heights, halves_need,
-    inspect_surface, open_results, steps_options, surface_need,
+    inspect_surface, open_results, pack_if_large, steps_options, surface_need,
 };
 use crate::profile::{Override, Profile, ReportProfile};
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary, names};

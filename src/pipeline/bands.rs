@@ -12,7 +12,6 @@ use super::error::PipelineError;
 use super::match_input::{MatchInput, joined_parts};
 use super::need::Frames;
 use super::packed::{PACKED, pack_sequence, packed_volume};
-use super::packed_source::PackedSource;
 use super::{Measurement, View, asked_blocks, band_need, merge_need, written};
 use crate::bands::{BandError, BandFolder, BandPlan, BandTask, Memory, PartFault, bands_of};
 use crate::calibrate::{Calibration, InputHashes, matched_shape};
@@ -20,9 +19,10 @@ use crate::results::{Region, ResultsFolder};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::{Progress, Silent};
+use epirig_core::rows::RowSource;
 use epirig_core::volume::VolumeShape;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::{Blocks, MatchOptions, Matcher, Overview, RowSource};
+use epirig_matcher::{Blocks, MatchOptions, Matcher, Overview};
 
 /// Rows in the middle of the picture whose match tells how long that of a band takes.
 const SAMPLE_ROWS: usize = 32;
@@ -103,7 +103,7 @@ pub fn survey_bands(
     }
     let (mut overview, mut seconds_of_row) = (None, None);
     if let Some(packed) = packed {
-        let source: Arc<dyn RowSource> = Arc::new(PackedSource(packed));
+        let source: Arc<dyn RowSource> = Arc::new(packed);
         overview = Matcher::of_source(Arc::clone(&source), blocks.clone(), progress)?.overview(progress)?;
         let asked = MatchOptions { block_rows: None, ..options.clone() };
         seconds_of_row = Some(seconds_of_a_row(source, asked, overview)?);

@@ -8,6 +8,7 @@ use crate::report::ReportError;
 use crate::results::{ResultsError, ResultsMismatch};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Cancelled;
+use epirig_core::rows::RowsError;
 use epirig_data::packed::PackedError;
 use epirig_data::sequence::SequenceError;
 use epirig_matcher::MatchError;
@@ -27,6 +28,9 @@ pub enum PipelineError {
     /// The packed volume cannot be written or read.
     #[error(transparent)]
     Packed(#[from] PackedError),
+    /// Rows of its frames cannot be read.
+    #[error(transparent)]
+    Rows(#[from] RowsError),
     /// Its bands cannot be planned, matched or merged.
     #[error(transparent)]
     Bands(#[from] BandError),
@@ -62,6 +66,7 @@ impl Fault for PipelineError {
             Self::Sequence(error) => error.blame(),
             Self::Calibrate(error) => error.blame(),
             Self::Packed(error) => error.blame(),
+            Self::Rows(error) => error.blame(),
             Self::Bands(error) => error.blame(),
             Self::Match(error) | Self::Halves(SplitHalfError::Match(error)) => error.blame(),
             Self::Results(error) => error.blame(),

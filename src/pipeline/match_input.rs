@@ -11,17 +11,17 @@ use tracing::{info, info_span};
 use super::error::PipelineError;
 use super::load::{load_packed, load_unpacked};
 use super::packed::packed_volume;
-use super::packed_source::PackedSource;
-use super::photograph::volume_frame;
 use crate::bands::{BandError, Parts};
 use crate::calibrate::{Calibration, matched_shape};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
+use epirig_core::rows::RowSource;
 use epirig_core::volume::{Volume, VolumeShape};
+use epirig_data::packed::PackedVolume;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::inspect::{Candidates, CostTable};
-use epirig_matcher::{Blocks, DisparityMaps, MatchError, Matcher, Overview, RowSource};
+use epirig_matcher::{Blocks, DisparityMaps, MatchError, Matcher, Overview};
 
 /// The frames of a match.
 pub(super) struct MatchInput {
@@ -33,7 +33,7 @@ enum MatchFrames {
     /// All frames.
     Memory(Volume),
     /// Rows are read when they are needed.
-    Packed(Arc<PackedSource>),
+    Packed(Arc<PackedVolume>),
 }
 
 /// Frames that are ready to be matched.
@@ -55,7 +55,7 @@ impl MatchInput {
         let shape = matched_shape(sequence, calibration.map(|(calibration, _)| calibration))?;
         let blocks = blocks(&shape)?;
         let frames = match packed_volume(sequence, calibration, progress)? {
-            Some(packed) if !blocks.needs_all_rows() => MatchFrames::Packed(Arc::new(PackedSource(packed))),
+            Some(packed) if !blocks.needs_all_rows() => MatchFrames::Packed(Arc::new(packed)),
             Some(packed) => MatchFrames::Memory(load_packed(&packed, progress)?),
             None => MatchFrames::Memory(load_unpacked(sequence, calibration, progress)?),
         };
@@ -78,17 +78,12 @@ impl MatchInput {
 
     /// Row `y` of all frames, as a volume of its own.
     pub(super) fn epi(&self, y: usize, progress: &dyn Progress) -> Result<Volume, PipelineError> {
-        let tau = self.source().shape().tau;
-        let frames: Vec<usize> = (0..tau.frames()).collect();
-        Ok(self.source().rows(&[y], &frames, tau, progress)?)
+        Ok(self.source().rows_of_all(&[y], progress)?)
     }
 
     /// Frame `t` in DN.
     pub(super) fn photograph(&self, t: usize) -> Result<Grid<f32>, PipelineError> {
-        match &self.frames {
-            MatchFrames::Memory(volume) => Ok(volume_frame(volume, t)),
-            MatchFrames::Packed(packed) => Ok(volume_frame(&packed.0.one_frame(t)?, 0)),
-        }
+        Ok(self.source().frame(t)?)
     }
 
     /// The same, ready to be matched.

@@ -27,6 +27,9 @@ const EVALUATION: u64 = 100;
 const CALIBRATION: u64 = 50;
 const RECTIFICATION: u64 = 26;
 const SURFACE: u64 = 156;
+/// A band of the windows that tell how bright frames are, in bytes for each column of each frame: 64 rows of 16 bit, of
+/// which 16 are looked at as 32 bit numbers, and two sums.
+const BAND_OF_WINDOWS: u64 = 204;
 /// Frames of a scan in memory, including those of a simulated rig; without and with averaging.
 const SCAN: u64 = 35;
 const AVERAGED_SCAN: u64 = 50;
@@ -124,17 +127,23 @@ pub fn merge_need(frames: Frames, options: &MatchOptions) -> u64 {
 }
 
 /// Most bytes that a calibration takes, with the `frames` of a scan and `others`: the number of dark, flat
-/// and board frames of the same size.
-pub fn calibration_need(frames: Frames, others: usize, positions: PositionSource) -> u64 {
-    // The scan's frames are held rectified, the others raw.
+/// and board frames of the same size, which are held raw.
+pub fn calibration_need(frames: Frames, others: usize, positions: PositionSource, held: Held) -> u64 {
     let rectified = Frames { sample_bytes: 2, ..frames };
+    let at_once = match held {
+        Held::InMemory => rectified,
+        Held::Packed => Frames { count: frames.count.min(MatchedFrames::TOGETHER), ..rectified },
+    };
     let texture = match positions {
         PositionSource::Texture | PositionSource::Automatic => {
             texture_motion::need(frames.count, frames.rows, frames.columns)
         }
         _ => 0,
     };
-    rectified.with(CALIBRATION) + others as u64 * frames.pixels() * frames.sample_bytes as u64 + texture
+    at_once.with(CALIBRATION)
+        + BAND_OF_WINDOWS * threads() * (frames.columns * frames.count) as u64
+        + others as u64 * frames.pixels() * frames.sample_bytes as u64
+        + texture
 }
 
 /// Most bytes that rectifying `frames` takes, and that packing them takes: some at a time are in memory.
@@ -208,7 +217,7 @@ mod tests {
             let of = |count: usize| {
                 let frames = Frames { count, rows, columns, sample_bytes: 1 };
                 let [texture, stage] = [PositionSource::Texture, PositionSource::Stage]
-                    .map(|positions| calibration_need(frames, 0, positions));
+                    .map(|positions| calibration_need(frames, 0, positions, Held::InMemory));
                 texture - stage
             };
             assert_eq!(of(30_000), 30_000 * each);

@@ -44,36 +44,18 @@ pub fn pack_sequence(
     let frames = MatchedFrames::of(sequence, calibration.map(|(calibration, maps)| (calibration, maps)))?;
     let (shape, count) = (frames.shape(), frames.records().len());
     let record = record(sequence, calibration.map(|(calibration, _)| calibration), shape);
-    let mut packed = Packed {
+    let packed = Packed {
         frames: count,
         rows: shape.rows,
         columns: shape.columns,
         bit_depth: shape.stored_bit_depth(),
-        packed_before: 0,
+        packed_before: count,
     };
     if PackedVolume::record_of(out).is_ok_and(|found| found == record) {
-        return Ok(Packed { packed_before: count, ..packed });
+        return Ok(packed);
     }
-    let mut writer = PackWriter::begin(out, record, shape)?;
-    progress.begin("packing frames", count as u64);
-    for first in (0..count).step_by(MatchedFrames::TOGETHER) {
-        let mut missing = Vec::new();
-        for t in first..count.min(first + MatchedFrames::TOGETHER) {
-            match writer.has(t)? {
-                true => packed.packed_before += 1,
-                false => missing.push(t),
-            }
-        }
-        progress.unless_cancelled()?;
-        if !missing.is_empty() {
-            let few = frames.group(first)?;
-            missing.into_iter().try_for_each(|t| writer.put(t, few.samples_of_frame(t - first)))?;
-        }
-        progress.advance(MatchedFrames::TOGETHER.min(count - first) as u64);
-    }
-    writer.finish()?;
-    progress.end();
-    Ok(packed)
+    let writer = PackWriter::begin(out, record, shape)?;
+    Ok(Packed { packed_before: frames.packed(writer, "packing frames", progress)?, ..packed })
 }
 
 /// The packed volume in the folder of `sequence`, if it is whole and made of these frames by this calibration. One

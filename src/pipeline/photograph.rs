@@ -5,8 +5,8 @@ use crate::calibrate::{CalibrateError, Calibration, frames_in_order, rectifier};
 use epirig_calibration::photometry::Maps;
 use epirig_calibration::rectification::Rectifier;
 use epirig_core::grid::Grid;
+use epirig_core::rows::RowSource as _;
 use epirig_core::tau::Tau;
-use epirig_core::volume::Volume;
 use epirig_data::sequence::{FrameRecord, Sequence};
 
 /// Frame `t` of `sequence` as it is matched, in DN: with a calibration corrected and rectified, and counted in the order
@@ -58,12 +58,5 @@ pub fn frame_in_dn(
     let tau = Tau::equidistant(2).map_err(CalibrateError::Positions)?;
     let mut volume = rectifier.volume(frame.bit_depth(), tau);
     rectifier.insert_as(&mut volume, (0, t), &[frame]).map_err(CalibrateError::Rectify)?;
-    Ok(volume_frame(&volume, 0))
-}
-
-/// Frame `t` of a volume, in DN; rows x columns.
-pub(super) fn volume_frame(volume: &Volume, t: usize) -> Grid<f32> {
-    let mut frame = Grid::filled(volume.rows(), volume.columns(), 0.0_f32);
-    (0..volume.rows()).for_each(|y| volume.copy_row(y, t, frame.row_mut(y)));
-    frame
+    Ok(volume.frame(0)?)
 }

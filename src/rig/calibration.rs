@@ -16,6 +16,7 @@ pub fn calibration_plan(profile: &Profile, columns: usize, rows: usize) -> Calib
         photometry: PhotometryOptions::default(),
         positions: PositionSource::Automatic,
         exposures: Vec::new(),
+        frames_on_disk: false,
     }
 }
 

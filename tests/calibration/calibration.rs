@@ -217,6 +217,25 @@ static BY_TEXTURE: LazyLock<Calibrated> = LazyLock::new(|| {
     calibrate(&RIG.sequence, &plan, &Silent).unwrap()
 });
 
+/// Frames held on disk while the calibration lasts give the same, and leave nothing behind.
+#[test]
+fn a_calibration_is_the_same_with_its_frames_on_disk() {
+    let names = || -> Vec<_> {
+        let entries = std::fs::read_dir(RIG.sequence.folder()).unwrap();
+        entries.map(|entry| entry.unwrap().file_name()).collect()
+    };
+    let before = names();
+    let by_target = plan(RIG.simulator.config());
+    let by_texture = CalibrationPlan { target: None, ..by_target.clone() };
+    for (plan, in_memory) in [(by_target, &RIG.found), (by_texture, &*BY_TEXTURE)] {
+        let plan = CalibrationPlan { frames_on_disk: true, ..plan };
+        let on_disk = calibrate(&RIG.sequence, &plan, &Silent).unwrap();
+        assert!(on_disk.calibration.frame_gains.applied().is_some(), "gains are looked for");
+        assert_eq!(&on_disk, in_memory);
+    }
+    assert_eq!(names(), before);
+}
+
 #[test]
 fn the_texture_tells_the_angles_to_4_thousandths_of_a_degree_and_agrees_with_the_boards() {
     let by_texture = BY_TEXTURE.calibration.camera_motion.as_ref().unwrap();

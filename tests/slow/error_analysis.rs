@@ -179,11 +179,17 @@ fn each_nuisance_costs_what_the_table_says() {
     }
     assert_eq!(found.lines().count(), told.lines().count(), "EPIRIG_WRITE_TABLES=1 writes the table anew");
     for (found, told) in found.lines().zip(told.lines()).skip(2) {
-        for (now, then) in numbers(found).into_iter().zip(numbers(told)) {
+        let (found_numbers, told_numbers) = (numbers(found), numbers(told));
+        for (column, (now, then)) in found_numbers.iter().zip(&told_numbers).enumerate() {
             // Machines round sums differently, which decides pixels that are on the brink; a tenth and 1 um are far less than any
-            // change of the program that matters here.
+            // change of the program that matters here. A depth is a difference of means, which few wrong heights move: as captured
+            // with vignetting, by 2 um of 353 um rms between two machines. The rms stands beside the depth.
+            let wrong_heights = match column % 3 {
+                0 => told_numbers[column + 1].map_or(0.0, |rms| 0.01 * rms),
+                _ => 0.0,
+            };
             let alike = match (now, then) {
-                (Some(now), Some(then)) => (now - then).abs() <= 1.0 + 0.1 * then.abs(),
+                (Some(now), Some(then)) => (now - then).abs() <= 1.0 + 0.1 * then.abs() + wrong_heights,
                 (None, None) => true,
                 _ => false,
             };

@@ -103,6 +103,7 @@ pub fn plan(config: &SimulatorConfig) -> CalibrationPlan {
         photometry: PhotometryOptions::default(),
         exposures: Vec::new(),
         positions: PositionSource::Automatic,
+        frames_on_disk: false,
     }
 }
 

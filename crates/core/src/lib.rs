@@ -7,6 +7,7 @@ pub mod grid;
 pub mod image;
 pub mod least_squares;
 pub mod progress;
+pub mod rows;
 pub mod settings;
 pub mod shell;
 pub mod spline;

@@ -17,7 +17,7 @@ mod profile;
 mod quick;
 mod range;
 mod search;
-mod source;
+mod some_frames;
 mod stack;
 mod stations;
 mod validity;
@@ -33,7 +33,6 @@ pub use options::{
     EQUAL_DISCS_PX, GROWN_DISCS_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
     OrderingConstraint, ReferenceFrame, Search,
 };
-pub use source::RowSource;
 #[cfg(feature = "ndarray")]
 pub use stack::Sample;
 pub use stack::{FloatLevels, Stack, StackError};
@@ -44,6 +43,7 @@ pub use validity::Validity;
 pub use epirig_core::frame::{Frame, Samples};
 pub use epirig_core::grid::Grid;
 pub use epirig_core::progress::{Cancel, Progress, Silent};
+pub use epirig_core::rows::{RowSource, RowsError};
 pub use epirig_core::tau::{Tau, TauError};
 pub use epirig_core::volume::{Volume, VolumeShape};
 

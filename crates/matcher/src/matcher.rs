@@ -9,11 +9,11 @@ use super::cost::CostTable;
 use super::fit::{Fit, Sizes, fit};
 use super::maps::{DisparityMaps, OrderingUsed};
 use super::options::{MatchError, MatchOptions};
-use super::source::{RowSource, rows_of_all};
 use super::stack::Stack;
 use super::stations::{Overview, costs_of_row, prepared, seen_rule};
 use epirig_core::grid::Grid;
 use epirig_core::progress::{Progress, Silent};
+use epirig_core::rows::RowSource;
 use epirig_core::volume::Volume;
 
 /// Disparity of every pixel of the reference frame, as [`Matcher::matched`] finds it.
@@ -101,7 +101,7 @@ impl Matcher {
     ) -> Result<Self, MatchError> {
         let frames = match blocks.count() {
             1 => {
-                let needed = rows_of_all(&source, blocks.needed_rows(0), progress)?;
+                let needed = source.rows_of_all(&blocks.needed_rows(0).collect::<Vec<_>>(), progress)?;
                 Frames::Prepared(prepared(needed, blocks.options()))
             }
             _ => Frames::Source(source),
@@ -119,7 +119,8 @@ impl Matcher {
         match &self.frames {
             Frames::Prepared(volume) => Ok(volume.clone()),
             Frames::Source(source) => {
-                let needed = rows_of_all(source, self.blocks.needed_rows(block), progress)?;
+                let needed =
+                    source.rows_of_all(&self.blocks.needed_rows(block).collect::<Vec<_>>(), progress)?;
                 Ok(prepared(needed, self.blocks.options()))
             }
         }
@@ -134,7 +135,7 @@ impl Matcher {
         match &self.frames {
             Frames::Prepared(_) => Ok(None),
             Frames::Source(source) => {
-                let sample = rows_of_all(source, self.blocks.overview_rows().into_iter(), progress)?;
+                let sample = source.rows_of_all(&self.blocks.overview_rows(), progress)?;
                 self.blocks.overview(sample, progress).map(Some)
             }
         }
@@ -270,7 +271,8 @@ impl Matcher {
             }
             Frames::Source(source) => {
                 let near = self.blocks.rows_of_costs(y);
-                let volume = prepared(rows_of_all(source, near.clone(), &Silent)?, options);
+                let volume =
+                    prepared(source.rows_of_all(&near.clone().collect::<Vec<_>>(), &Silent)?, options);
                 Ok(costs_of_row(&volume, y - near.start, options, found))
             }
         }

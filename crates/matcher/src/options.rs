@@ -8,6 +8,7 @@ use super::cost::interpolation::Interpolation;
 use super::stack::StackError;
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Cancelled;
+use epirig_core::rows::RowsError;
 use epirig_core::tau::Tau;
 
 epirig_core::choices! {
@@ -315,19 +316,23 @@ pub enum MatchError {
     )]
     NoRange,
     /// The frames cannot be read.
-    #[error("{message}")]
-    Unread {
-        /// What happened, where, and what to do.
-        message: String,
-        /// Who must act.
-        blame: Blame,
-    },
+    #[error(transparent)]
+    Unread(RowsError),
     /// The frames make no stack.
     #[error(transparent)]
     Stack(#[from] StackError),
     /// The caller has cancelled the match.
     #[error("the match was interrupted")]
     Cancelled,
+}
+
+impl From<RowsError> for MatchError {
+    fn from(error: RowsError) -> Self {
+        match error {
+            RowsError::Cancelled(_) => Self::Cancelled,
+            error => Self::Unread(error),
+        }
+    }
 }
 
 impl From<Cancelled> for MatchError {
@@ -340,7 +345,7 @@ impl Fault for MatchError {
     fn blame(&self) -> Blame {
         match self {
             Self::NoRange => Blame::NoAnswer,
-            Self::Unread { blame, .. } => *blame,
+            Self::Unread(error) => error.blame(),
             Self::Cancelled => Blame::Interruption,
             Self::TooSmall { .. } | Self::Stack(_) => Blame::Data,
             Self::EmptyRange { .. }

@@ -10,8 +10,9 @@ use crate::panel::error::PanelError;
 use crate::panel::shared::SharedState;
 use crate::panel::state::TaskKind;
 use crate::pipeline::{
-    Frames, Held, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, half_heights, inspect_surface,
-    match_need, measure as match_sequence, open_results,
+    Frames, Held, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, calibration_held,
+    half_heights, halves_need, held, inspect_surface, match_need, measure as match_sequence, open_results,
+    pack_if_large,
 };
 use crate::profile::Profile;
 use crate::results::{Region, ResultsFolder, ResultsKind};
@@ -74,7 +75,8 @@ fn measure(shared: &Arc<SharedState>, folder: &Path) -> Result<(), PanelError> {
         sample_bytes: if rig.is_some() || record.bit_depth > 8 { 2 } else { 1 },
     };
     options.check(frames.rows, frames.columns, frames.count)?;
-    let needed = match_need(frames, &options, Held::InMemory);
+    let place = held(|held| match_need(frames, &options, held), None);
+    let needed = match_need(frames, &options, place);
     if let Some(available) = available().filter(|available| needed > available.bytes) {
         let (work, available, bound) = ("matching", available.bytes, available.bound);
         return Err(PanelError::Memory { work, needed, available, bound });
@@ -82,7 +84,8 @@ fn measure(shared: &Arc<SharedState>, folder: &Path) -> Result<(), PanelError> {
     let calibration = match &rig {
         None => None,
         Some(rig) => {
-            let plan = calibration_plan(rig, record.columns, record.rows);
+            let mut plan = calibration_plan(rig, record.columns, record.rows);
+            plan.frames_on_disk = calibration_held(&sequence, &plan, None).0 == Held::Packed;
             let (found, unfinished) = calibrate_sequence(&sequence, &plan, true, &notes)?;
             if let Some(error) = unfinished {
                 shared.warn(format!("the calibration is in place, but {error}"));
@@ -90,6 +93,7 @@ fn measure(shared: &Arc<SharedState>, folder: &Path) -> Result<(), PanelError> {
             Some((found.calibration, found.maps))
         }
     };
+    pack_if_large(&sequence, calibration.as_ref(), &options, (match_need, None), &notes)?;
     let results = folder.join("results");
     let place = ResultsFolder::create(&results, ResultsKind::Match, true)?;
     let view = View { figure_row: None, truth: None };
@@ -109,6 +113,8 @@ fn analyse(sequence: &Sequence, results: &Path, notes: &Notes<'_>) -> Result<(),
     })?;
     let questions = SurfaceQuestions::usual(&opened);
     let place = ResultsFolder::create(&results.join("surface"), ResultsKind::Surface, true)?;
+    let (options, calibration) = (opened.matched.options(), opened.calibration.as_ref());
+    pack_if_large(sequence, calibration, &options, (halves_need, None), notes)?;
     let halves = half_heights(sequence, &opened, notes).unwrap_or_else(|error| {
         notes.0.warn(format!("depths are measured without halves of the frames: {error}"));
         None

@@ -23,7 +23,8 @@ use thiserror::Error;
 use super::windows::follow;
 use crate::registration::{ShiftError, shift_between};
 use epirig_core::frame::{Frame, FrameError, Samples};
-use epirig_core::volume::Volume;
+use epirig_core::progress::Progress;
+use epirig_core::rows::{RowSource, RowsError};
 
 /// Residuals beyond this many standard deviations have linear loss (Huber).
 const ROBUST_FROM: f64 = 2.0;
@@ -110,23 +111,30 @@ pub enum GainError {
         /// Its robust standard deviation, in px.
         scatter_px: f64,
     },
+    /// Frames that cannot be read.
+    #[error(transparent)]
+    Rows(#[from] RowsError),
     /// Samples that make no frame.
     #[error(transparent)]
     Frame(#[from] FrameError),
 }
 
-/// The gain of every frame from a volume that is rectified and corrected for dark level and vignetting, and
+/// The gain of every frame from `frames` that are rectified and corrected for dark level and vignetting, and
 /// whose surface mainly has a disparity of `disparity_px`, which need be right to about a px (signed, over
 /// the whole baseline).
 ///
 /// # Errors
-/// [`GainError`] if frames have too little in common.
-pub fn frame_gains(volume: &Volume, disparity_px: f64) -> Result<FrameGains, GainError> {
+/// [`GainError`] if frames have too little in common, or cannot be read.
+pub fn frame_gains(
+    frames: &dyn RowSource,
+    disparity_px: f64,
+    progress: &dyn Progress,
+) -> Result<FrameGains, GainError> {
     if !disparity_px.is_finite() {
         return Err(GainError::NoDisparity(disparity_px));
     }
-    let (mut disparities_px, logarithms) = follow(volume, disparity_px);
-    let (frames, windows) = (volume.frames(), logarithms.len());
+    let (mut disparities_px, logarithms) = follow(frames, disparity_px, progress)?;
+    let (frames, windows) = (frames.shape().tau.frames(), logarithms.len());
     for frame in 0..frames {
         let windows = logarithms.iter().filter(|window| window[frame].is_finite()).count();
         if windows < LEAST_WINDOWS {
@@ -252,19 +260,21 @@ fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64
 }
 
 /// The disparity that most of the picture has, over the whole baseline and signed, in px: from the shifts
-/// between neighbouring frames, up to 16 pairs spread over the volume.
+/// between neighbouring frames, up to 16 pairs spread over all of them.
 ///
 /// # Errors
 /// [`GainError::Shift`] if a pair shows no movement that can be told, [`GainError::NoneDominates`] if pairs
-/// contradict each other.
-pub fn dominant_disparity(volume: &Volume) -> Result<f64, GainError> {
-    let tau = volume.tau().values();
-    let pairs = volume.frames() - 1;
+/// contradict each other, [`GainError::Rows`] if frames cannot be read.
+pub fn dominant_disparity(frames: &dyn RowSource, progress: &dyn Progress) -> Result<f64, GainError> {
+    let shape = frames.shape();
+    let tau = shape.tau.values();
+    let pairs = tau.len() - 1;
     let count = pairs.min(PAIRS);
     let disparities = (0..count).map(|index| {
         let frame = index * pairs / count;
-        let shift = shift_between(&frame_of(volume, frame)?, &frame_of(volume, frame + 1)?)
-            .map_err(|source| GainError::Shift { frame, source })?;
+        progress.unless_cancelled().map_err(RowsError::from)?;
+        let [from, to] = [frame, frame + 1].map(|t| frame_of(frames, t, shape.bit_depth));
+        let shift = shift_between(&from?, &to?).map_err(|source| GainError::Shift { frame, source })?;
         Ok(shift.x_px / (tau[frame + 1] - tau[frame]))
     });
     let disparities: Vec<f64> = disparities.collect::<Result<_, GainError>>()?;
@@ -277,16 +287,15 @@ pub fn dominant_disparity(volume: &Volume) -> Result<f64, GainError> {
     Ok(disparity_px)
 }
 
-/// A frame of a volume by itself.
-fn frame_of(volume: &Volume, t: usize) -> Result<Frame, FrameError> {
-    let (rows, columns, bit_depth) = (volume.rows(), volume.columns(), volume.bit_depth());
-    let mut image = vec![0.0; rows * columns];
-    image.chunks_exact_mut(columns.max(1)).enumerate().for_each(|(y, row)| volume.copy_row(y, t, row));
+/// Frame `t` as a camera gives it.
+fn frame_of(frames: &dyn RowSource, t: usize, bit_depth: u8) -> Result<Frame, GainError> {
+    let frame = frames.frame(t)?;
+    let (rows, columns, values) = (frame.rows(), frame.columns(), frame.values().iter());
     let samples = match bit_depth {
-        ..=8 => Samples::U8(image.into_iter().map(|value| value as u8).collect()),
-        _ => Samples::U16(image.into_iter().map(|value| value as u16).collect()),
+        ..=8 => Samples::U8(values.map(|&value| value as u8).collect()),
+        _ => Samples::U16(values.map(|&value| value as u16).collect()),
     };
-    Frame::new(rows, columns, bit_depth, samples)
+    Ok(Frame::new(rows, columns, bit_depth, samples)?)
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use rayon::prelude::*;
 
 use epirig_core::frame::full_scale;
+use epirig_core::progress::Progress;
+use epirig_core::rows::{RowSource, RowsError};
 use epirig_core::volume::Volume;
 
 /// Windows across and down a frame, roughly: a few hundred, so that a few bad ones do not matter.
@@ -23,21 +25,33 @@ const FARTHEST_PX: f64 = 3.0;
 /// Number of rows of each window that are used for that.
 const ROWS_LOOKED_AT: usize = 16;
 
-/// Follows windows through the volume that move by about `disparity_px`. Each finds its own disparity first:
+/// Follows windows through the frames that move by about `disparity_px`. Each finds its own disparity first:
 /// by Gauss-Newton steps on the drift of its contents with tau, whatever the brightness. So no texture enters
 /// or leaves at its edges, although the surface may be slanted.
 ///
 /// Of each window the disparity in px, and a list over the frames of the natural logarithms of its means; NaN
-/// where it is not, or not wholly, in view.
-pub(super) fn follow(volume: &Volume, disparity_px: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
+/// where it is not, or not wholly, in view. A band of rows for each thread is in memory at a time.
+///
+/// # Errors
+/// [`RowsError`] if frames cannot be read, or `progress` has cancelled it.
+pub(super) fn follow(
+    frames: &dyn RowSource,
+    disparity_px: f64,
+    progress: &dyn Progress,
+) -> Result<(Vec<f64>, Vec<Vec<f64>>), RowsError> {
+    let shape = frames.shape();
     let side = |size: usize| (size / PER_SIDE).clamp(SIDES.0, SIDES.1).min(size);
-    let (width, height) = (side(volume.columns()), side(volume.rows()));
-    let bands: Vec<usize> = (0..volume.rows() / height).map(|band| band * height).collect();
-    let windows: Vec<(f64, Vec<f64>)> = bands
-        .par_iter()
-        .flat_map_iter(|&first_row| Band::new(volume, first_row, height).windows(disparity_px, width))
+    let (width, height) = (side(shape.columns), side(shape.rows));
+    let windows: Result<Vec<Vec<(f64, Vec<f64>)>>, RowsError> = (0..shape.rows / height)
+        .into_par_iter()
+        .map(|band| {
+            progress.unless_cancelled()?;
+            let rows: Vec<usize> = (band * height..(band + 1) * height).collect();
+            let band = frames.rows_of_all(&rows, progress)?;
+            Ok(Band::new(&band).windows(disparity_px, width))
+        })
         .collect();
-    windows.into_iter().unzip()
+    Ok(windows?.into_iter().flatten().unzip())
 }
 
 /// Some rows of all frames.
@@ -55,8 +69,8 @@ struct Band<'a> {
 }
 
 impl<'a> Band<'a> {
-    fn new(volume: &'a Volume, first_row: usize, height: usize) -> Self {
-        let (columns, frames) = (volume.columns(), volume.frames());
+    fn new(volume: &'a Volume) -> Self {
+        let (height, columns, frames) = (volume.rows(), volume.columns(), volume.frames());
         let full_scale = f32::from(full_scale(volume.bit_depth()));
         let every = height.div_ceil(ROWS_LOOKED_AT);
         let mut rows = Vec::new();
@@ -66,7 +80,7 @@ impl<'a> Band<'a> {
         for y in 0..height {
             let mut looked_at = Vec::new();
             for (t, (sums, saturated)) in sums.iter_mut().zip(&mut saturated).enumerate() {
-                volume.copy_row(first_row + y, t, &mut line);
+                volume.copy_row(y, t, &mut line);
                 for ((&value, sum), count) in line.iter().zip(&mut sums[1..]).zip(&mut saturated[1..]) {
                     *sum += f64::from(value);
                     *count += u32::from(value >= full_scale);

@@ -16,7 +16,7 @@ use crate::photometry::Correction;
 use epirig_core::frame::{Frame, FrameFormat, Samples};
 use epirig_core::spline::quintic::TAPS;
 use epirig_core::tau::Tau;
-use epirig_core::volume::Volume;
+use epirig_core::volume::{Volume, VolumeShape};
 
 /// Rectified rows that are made together. Each band filters the raw rows that it needs for itself, with
 /// [`HORIZON`] more on either side. So bands are independent, and the result does not depend on the number of
@@ -142,6 +142,12 @@ impl Rectifier {
     /// An empty volume for rectified frames of a camera of `bit_depth` bits.
     pub fn volume(&self, bit_depth: u8, tau: Tau) -> Volume {
         Volume::fine(self.mapping.camera.rows, self.mapping.camera.columns, bit_depth, tau)
+    }
+
+    /// The same without its samples.
+    pub fn shape(&self, bit_depth: u8, tau: Tau) -> VolumeShape {
+        let (rows, columns) = (self.mapping.camera.rows, self.mapping.camera.columns);
+        VolumeShape { rows, columns, bit_depth, fine: true, frame_gains: vec![1.0; tau.frames()], tau }
     }
 
     /// Corrects and resamples `frames` and puts them into a fine `volume`, the first at place `first_index`.

@@ -12,8 +12,11 @@ use super::layout::{
     ARRAY, CHECKSUM, CHUNK_ROWS, FORMAT_VERSION, Group, METADATA, PackedRecord, Shard, array_text, shard_name,
 };
 use crate::storage::{LARGEST_RECORD, RecordError, open_file, parse_record, read_text};
+use epirig_core::fault::Fault as _;
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::progress::Progress;
+use epirig_core::grid::Grid;
+use epirig_core::progress::{Progress, Uncounted};
+use epirig_core::rows::{RowSource, RowsError};
 use epirig_core::tau::Tau;
 use epirig_core::volume::{Filling, Volume, VolumeError, VolumeShape};
 
@@ -103,17 +106,13 @@ impl PackedVolume {
         self.pieces(&pieces, frames, tau, progress)
     }
 
-    /// Frame `t` as the first of a volume of two, of which the other is black.
+    /// Equalises the brightness of frames as they are read, by a factor for each.
     ///
-    /// # Errors
-    /// [`PackedError::Frame`] if it is missing or damaged.
-    pub fn one_frame(&self, t: usize) -> Result<Volume, PackedError> {
-        let tau = Tau::equidistant(2).map_err(|error| PackedError::contradiction(&self.folder, error))?;
-        let mut volume = self.shape.of_frames(tau);
-        volume.set_frame_gain(0, self.shape.frame_gains[t]);
-        let all = 0..self.shape.rows;
-        put(&volume.filling(), 0, &self.frame(t, std::slice::from_ref(&all))?, self.shape.fine)?;
-        Ok(volume)
+    /// # Panics
+    /// If there are not as many factors as frames.
+    pub fn set_frame_gains(&mut self, gains: Vec<f32>) {
+        assert_eq!(gains.len(), self.shape.tau.frames());
+        self.shape.frame_gains = gains;
     }
 
     /// These pieces of these frames, one below the other.
@@ -131,7 +130,7 @@ impl PackedVolume {
         let filling = volume.filling();
         let put = |(place, &t): (usize, &usize)| -> Result<(), PackedError> {
             progress.unless_cancelled()?;
-            put(&filling, place, &self.frame(t, pieces)?, self.shape.fine)?;
+            put(&filling, place, &self.stored(t, pieces)?, self.shape.fine)?;
             progress.advance(1);
             Ok(())
         };
@@ -144,7 +143,7 @@ impl PackedVolume {
     }
 
     /// These pieces of frame `t`, one below the other, as they are stored.
-    fn frame(&self, t: usize, pieces: &[Range<usize>]) -> Result<Frame, PackedError> {
+    fn stored(&self, t: usize, pieces: &[Range<usize>]) -> Result<Frame, PackedError> {
         let damaged = |reason: String| {
             let folder = self.folder.clone();
             PackedError::Frame { folder, frame: t, reason, advice: PACK_AGAIN }
@@ -169,6 +168,43 @@ impl PackedVolume {
         };
         let rows = pieces.iter().map(Range::len).sum();
         Ok(Frame::new(rows, self.shape.columns, depth, samples)?)
+    }
+}
+
+impl RowSource for PackedVolume {
+    fn shape(&self) -> VolumeShape {
+        self.shape.clone()
+    }
+
+    fn rows(
+        &self,
+        rows: &[usize],
+        frames: &[usize],
+        tau: Tau,
+        progress: &dyn Progress,
+    ) -> Result<Volume, RowsError> {
+        Ok(self.some_rows(rows, frames, tau, &Uncounted(progress))?)
+    }
+
+    fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError> {
+        let read = || -> Result<Volume, PackedError> {
+            // A volume has two frames at least.
+            let mut volume = self.shape.of_frames(Tau::equidistant(2)?);
+            volume.set_frame_gain(0, self.shape.frame_gains[t]);
+            let all = 0..self.shape.rows;
+            put(&volume.filling(), 0, &self.stored(t, std::slice::from_ref(&all))?, self.shape.fine)?;
+            Ok(volume)
+        };
+        RowSource::frame(&read()?, 0)
+    }
+}
+
+impl From<PackedError> for RowsError {
+    fn from(error: PackedError) -> Self {
+        match error {
+            PackedError::Cancelled(cancelled) => cancelled.into(),
+            error => Self::Unread { message: error.message(), blame: error.blame() },
+        }
     }
 }
 

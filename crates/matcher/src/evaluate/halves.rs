@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::source::SomeFrames;
+use crate::some_frames::SomeFrames;
 use crate::{
     Blocks, DisparityMaps, EqualDiscs, MatchError, MatchOptions, Matcher, ReferenceFrame, RowSource,
 };

@@ -11,7 +11,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::cost::interpolation::{Interpolation, SampledEpi};
-use crate::source::{SomeFrames, rows_of_all};
+use crate::some_frames::SomeFrames;
 use crate::{Blocks, DisparityMaps, MatchError, MatchOptions, Matcher, ReferenceFrame, RowSource};
 use epirig_core::fault::{Blame, Fault};
 use epirig_core::progress::Progress;
@@ -97,7 +97,8 @@ pub fn leave_out(
     let mut tallies = Vec::with_capacity(shape.rows);
     for first in (0..shape.rows).step_by(ROWS_TOGETHER) {
         let rows = first..(first + ROWS_TOGETHER).min(shape.rows);
-        let volume = rows_of_all(source, rows.clone(), progress)?;
+        let volume =
+            source.rows_of_all(&rows.clone().collect::<Vec<_>>(), progress).map_err(MatchError::from)?;
         let of_row = |y: usize| {
             let epi = SampledEpi::new(&volume, y - first, Interpolation::BSpline, 0);
             let mut tally = Tally::default();

@@ -6,7 +6,9 @@ use rand_distr::StandardNormal;
 
 use super::*;
 use epirig_core::grid::Grid;
+use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
 use epirig_simulator::{Scene, Simulator, SimulatorConfig};
 
 const FRAMES: usize = 13;
@@ -57,9 +59,12 @@ fn flicker_of_three_thousandths_comes_down_to_what_noise_allows() {
     for seed in 0..runs {
         let (simulator, lamp) = (simulator(seed, |_| ()), lamp(0.003, seed));
         // The disparity is right to a px.
-        let found =
-            frame_gains(&volume(&simulator, &lamp, |_| ()), 8.0 + [-1.0, 0.3, 1.0][seed as usize % 3])
-                .unwrap();
+        let found = frame_gains(
+            &volume(&simulator, &lamp, |_| ()),
+            8.0 + [-1.0, 0.3, 1.0][seed as usize % 3],
+            &Silent,
+        )
+        .unwrap();
         let errors = errors(&found, &lamp);
         assert!(found.significant && (found.disparity_px - 8.0).abs() < 0.1, "{found:?}");
         let product: f64 = found.gain.iter().map(|gain| gain.ln()).sum();
@@ -81,7 +86,7 @@ fn slanted_surfaces_and_standing_backgrounds_do_no_harm() {
         config.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.4, slope_y: 0.2 };
     });
     let lamp = lamp(0.003, 21);
-    let found = frame_gains(&volume(&slanted, &lamp, |_| ()), 8.0).unwrap();
+    let found = frame_gains(&volume(&slanted, &lamp, |_| ()), 8.0, &Silent).unwrap();
     let error = root_mean_square(&errors(&found, &lamp));
     assert!(error < 0.0002_f64.max(2.0 * root_mean_square(&found.sigma)), "{error} {found:?}");
     // A quarter of the view stands still: stripes under the same lamp.
@@ -91,7 +96,7 @@ fn slanted_surfaces_and_standing_backgrounds_do_no_harm() {
             row.for_each(|(x, light)| *light = 0.5 + 0.3 * (0.5 * x as f32 + 0.2 * y as f32).sin());
         }
     };
-    let found = frame_gains(&volume(&simulator(12, |_| ()), &lamp, standing), 8.0).unwrap();
+    let found = frame_gains(&volume(&simulator(12, |_| ()), &lamp, standing), 8.0, &Silent).unwrap();
     let error = root_mean_square(&errors(&found, &lamp));
     assert!((found.disparity_px - 8.0).abs() < 0.2, "{found:?}");
     assert!(error < 0.0002_f64.max(2.0 * root_mean_square(&found.sigma)), "{error} {found:?}");
@@ -102,7 +107,7 @@ fn a_surface_that_crosses_the_view_is_followed_from_window_to_window() {
     // 150 px of disparity in 192 columns: few points are in all frames.
     let simulator = simulator(5, |config| config.scan.step_mm *= 150.0 / 8.0);
     let lamp = lamp(0.003, 6);
-    let found = frame_gains(&volume(&simulator, &lamp, |_| ()), 150.0).unwrap();
+    let found = frame_gains(&volume(&simulator, &lamp, |_| ()), 150.0, &Silent).unwrap();
     let errors = errors(&found, &lamp);
     assert!(
         errors.iter().zip(&found.sigma).all(|(error, sigma)| error.abs() < 4.0 * sigma),
@@ -114,7 +119,7 @@ fn a_surface_that_crosses_the_view_is_followed_from_window_to_window() {
 #[test]
 fn a_steady_lamp_is_left_alone() {
     let (simulator, lamp) = (simulator(3, |_| ()), vec![1.0; FRAMES]);
-    let found = frame_gains(&volume(&simulator, &lamp, |_| ()), 8.0).unwrap();
+    let found = frame_gains(&volume(&simulator, &lamp, |_| ()), 8.0, &Silent).unwrap();
     assert!(errors(&found, &lamp).iter().zip(&found.sigma).all(|(error, sigma)| error.abs() < 4.0 * sigma));
     if !found.significant {
         assert!(found.gain.iter().all(|&gain| gain == 1.0));
@@ -126,8 +131,8 @@ fn a_steady_lamp_is_left_alone() {
 fn frames_without_a_common_surface_are_refused() {
     let simulator = simulator(3, |_| ());
     let volume = volume(&simulator, &[1.0; FRAMES], |_| ());
-    assert!(matches!(frame_gains(&volume, f64::NAN), Err(GainError::NoDisparity(_))));
-    let error = frame_gains(&volume, 12.0 * 190.0).unwrap_err();
+    assert!(matches!(frame_gains(&volume, f64::NAN, &Silent), Err(GainError::NoDisparity(_))));
+    let error = frame_gains(&volume, 12.0 * 190.0, &Silent).unwrap_err();
     assert!(matches!(error, GainError::TooFewWindows { .. } | GainError::Apart { .. }), "{error}");
     // Windows in the first two frames, and others in the last two.
     let window = |seen: [usize; 2]| {
@@ -153,7 +158,7 @@ fn the_gains_of_exact_windows_are_exact() {
 fn the_disparity_is_guessed_where_the_picture_allows() {
     let simulator = simulator(4, |_| ());
     let textured = volume(&simulator, &lamp(0.003, 4), |_| ());
-    assert!((dominant_disparity(&textured).unwrap() - 8.0).abs() < 0.5);
+    assert!((dominant_disparity(&textured, &Silent).unwrap() - 8.0).abs() < 0.5);
     let bare = volume(&simulator, &[1.0; FRAMES], |light| light.values_mut().fill(0.5));
-    assert!(matches!(dominant_disparity(&bare), Err(GainError::Shift { frame: 0, .. })));
+    assert!(matches!(dominant_disparity(&bare, &Silent), Err(GainError::Shift { frame: 0, .. })));
 }
