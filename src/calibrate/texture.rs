@@ -13,7 +13,6 @@ use epirig_calibration::texture_motion::{
 };
 use epirig_core::frame::full_scale;
 use epirig_core::grid::Grid;
-use epirig_core::image::reduced;
 use epirig_core::progress::Progress;
 use epirig_core::rows::{RowSource, RowsError};
 use epirig_core::statistics::root_mean_square;
@@ -53,14 +52,25 @@ impl Frames for RectifiedFrames<'_> {
     }
 
     fn picture(&self, index: usize, factor: usize) -> Grid<f32> {
-        let frame = self.source.frame(index).unwrap_or_else(|error| {
-            self.unread.get_or_init(|| error);
-            Grid::filled(self.shape.rows, self.shape.columns, 0.0)
+        let VolumeShape { rows, columns, bit_depth, .. } = self.shape;
+        let (rows, columns) = (rows / factor, columns / factor);
+        let share = 255.0 / (f32::from(full_scale(bit_depth)) * (factor * factor) as f32);
+        let mut pixels = Vec::with_capacity(rows * columns);
+        let mut means = vec![0.0_f32; columns];
+        let read = self.source.each_row(index, &mut |y, row| {
+            for (mean, values) in means.iter_mut().zip(row.chunks_exact(factor)) {
+                *mean += share * values.iter().sum::<f32>();
+            }
+            if y % factor == factor - 1 {
+                pixels.extend_from_slice(&means);
+                means.fill(0.0);
+            }
         });
-        let mut picture = reduced(&frame, factor);
-        let share = 255.0 / f32::from(full_scale(self.shape.bit_depth));
-        picture.values_mut().iter_mut().for_each(|value| *value *= share);
-        picture
+        if let Err(error) = read {
+            self.unread.get_or_init(|| error);
+        }
+        pixels.resize(rows * columns, 0.0);
+        Grid::from_values(rows, columns, pixels).expect("as many values as pixels")
     }
 
     fn cancelled(&self) -> bool {
@@ -463,10 +473,11 @@ mod tests {
             unreachable!("whole frames are looked at")
         }
 
-        fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError> {
+        fn each_row(&self, t: usize, take: &mut dyn FnMut(usize, &[f32])) -> Result<(), RowsError> {
+            (0..32).for_each(|y| take(y, &[100.0; 96]));
             match t {
                 3 => Err(RowsError::Unread { message: "frame 3 is damaged".to_owned(), blame: Blame::Data }),
-                _ => Ok(Grid::filled(64, 96, 100.0)),
+                _ => Ok(()),
             }
         }
     }

@@ -19,30 +19,38 @@ use crate::grid::Grid;
 pub fn square_sums<T, S>(values: &[T], columns: usize, side: usize) -> Vec<S>
 where
     T: Copy + Into<S>,
-    S: Copy + Default + Sum + AddAssign,
+    S: Copy + Sum + AddAssign,
 {
     let across = columns / side;
     let rows = values.len() / columns.max(1);
-    let mut sums = vec![S::default(); rows / side * across];
+    // Memory that is written once is not filled with zeros before.
+    let mut sums = Vec::with_capacity(rows / side * across);
     if across > 0 {
-        for (sums, square_row) in sums.chunks_exact_mut(across).zip(values.chunks_exact(columns * side)) {
-            for row in square_row.chunks_exact(columns) {
-                for (sum, part) in sums.iter_mut().zip(row.chunks_exact(side)) {
-                    *sum += part.iter().map(|&value| value.into()).sum();
-                }
+        for square_row in values.chunks_exact(columns * side) {
+            let first = sums.len();
+            let sums_of = |row| sums_of_pieces(row, side);
+            sums.extend(sums_of(&square_row[..columns]));
+            for row in square_row.chunks_exact(columns).skip(1) {
+                sums[first..].iter_mut().zip(sums_of(row)).for_each(|(sum, more)| *sum += more);
             }
         }
     }
     sums
 }
 
+/// Sums over pieces of `side` values of a row.
+fn sums_of_pieces<T, S>(row: &[T], side: usize) -> impl Iterator<Item = S>
+where
+    T: Copy + Into<S>,
+    S: Sum,
+{
+    row.chunks_exact(side).map(|piece| piece.iter().map(|&value| value.into()).sum())
+}
+
 fn means<T: Copy + Into<f32>>(values: &[T], rows: usize, columns: usize, side: usize) -> Grid<f32> {
     let share = 1.0 / (side * side) as f32;
-    let mut means = Grid::filled(rows / side, columns / side, 0.0);
-    for (mean, sum) in means.values_mut().iter_mut().zip(square_sums::<T, f32>(values, columns, side)) {
-        *mean = sum * share;
-    }
-    means
+    let means = square_sums::<T, f32>(values, columns, side).into_iter().map(|sum| sum * share).collect();
+    Grid::from_values(rows / side, columns / side, means).expect("a mean for each square")
 }
 
 /// Means over squares of `side` x `side` pixels. What is left at the right and at the bottom is dropped.

@@ -58,14 +58,28 @@ pub trait RowSource: Debug + Send + Sync {
         progress: &dyn Progress,
     ) -> Result<Volume, RowsError>;
 
-    /// Frame `t` in DN: rows x columns.
+    /// Gives the rows of frame `t` in DN to `take`, the first one first: their number, and their samples.
     ///
     /// # Errors
-    /// [`RowsError`] if it cannot be read.
+    /// [`RowsError`] if they cannot be read.
     ///
     /// # Panics
     /// If there is no such frame.
-    fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError>;
+    fn each_row(&self, t: usize, take: &mut dyn FnMut(usize, &[f32])) -> Result<(), RowsError>;
+
+    /// Frame `t` in DN: rows x columns.
+    ///
+    /// # Errors
+    /// As [`each_row`](Self::each_row).
+    ///
+    /// # Panics
+    /// If there is no such frame.
+    fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError> {
+        let VolumeShape { rows, columns, .. } = self.shape();
+        let mut values = Vec::with_capacity(rows * columns);
+        self.each_row(t, &mut |_, row| values.extend_from_slice(row))?;
+        Ok(Grid::from_values(rows, columns, values).expect("all rows of the frame"))
+    }
 
     /// These rows of all frames.
     ///
@@ -96,10 +110,13 @@ impl RowSource for Volume {
         Ok(self.selected(rows, frames, tau))
     }
 
-    fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError> {
-        let mut frame = Grid::filled(self.rows(), self.columns(), 0.0);
-        (0..self.rows()).for_each(|y| self.copy_row(y, t, frame.row_mut(y)));
-        Ok(frame)
+    fn each_row(&self, t: usize, take: &mut dyn FnMut(usize, &[f32])) -> Result<(), RowsError> {
+        let mut row = vec![0.0; self.columns()];
+        for y in 0..self.rows() {
+            self.copy_row(y, t, &mut row);
+            take(y, &row);
+        }
+        Ok(())
     }
 }
 
@@ -118,7 +135,7 @@ impl<S: RowSource + ?Sized> RowSource for Arc<S> {
         (**self).rows(rows, frames, tau, progress)
     }
 
-    fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError> {
-        (**self).frame(t)
+    fn each_row(&self, t: usize, take: &mut dyn FnMut(usize, &[f32])) -> Result<(), RowsError> {
+        (**self).each_row(t, take)
     }
 }

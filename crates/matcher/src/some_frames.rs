@@ -1,6 +1,5 @@
 //! Some of the frames that are somewhere.
 
-use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::rows::{RowSource, RowsError};
 use epirig_core::tau::Tau;
@@ -32,7 +31,7 @@ impl<S: RowSource> RowSource for SomeFrames<S> {
         self.of.rows(rows, &frames, tau, progress)
     }
 
-    fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError> {
-        self.of.frame(self.frames[t])
+    fn each_row(&self, t: usize, take: &mut dyn FnMut(usize, &[f32])) -> Result<(), RowsError> {
+        self.of.each_row(self.frames[t], take)
     }
 }

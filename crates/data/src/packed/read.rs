@@ -14,12 +14,13 @@ use super::layout::{
 use crate::storage::{LARGEST_RECORD, RecordError, open_file, parse_record, read_text};
 use epirig_core::fault::Fault as _;
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::grid::Grid;
 use epirig_core::progress::{Progress, Uncounted};
 use epirig_core::rows::{RowSource, RowsError};
 use epirig_core::tau::Tau;
 use epirig_core::volume::{Filling, Volume, VolumeError, VolumeShape};
 
+/// Rows of a frame that are read in one go, where all are wanted: some chunks.
+const STRIP_ROWS: usize = 16 * CHUNK_ROWS;
 /// What to do about a frame that is damaged.
 const PACK_AGAIN: &str = "remove the volume, and run `epirig pack` again";
 
@@ -186,16 +187,26 @@ impl RowSource for PackedVolume {
         Ok(self.some_rows(rows, frames, tau, &Uncounted(progress))?)
     }
 
-    fn frame(&self, t: usize) -> Result<Grid<f32>, RowsError> {
-        let read = || -> Result<Volume, PackedError> {
-            // A volume has two frames at least.
-            let mut volume = self.shape.of_frames(Tau::equidistant(2)?);
-            volume.set_frame_gain(0, self.shape.frame_gains[t]);
-            let all = 0..self.shape.rows;
-            put(&volume.filling(), 0, &self.stored(t, std::slice::from_ref(&all))?, self.shape.fine)?;
-            Ok(volume)
-        };
-        RowSource::frame(&read()?, 0)
+    fn each_row(&self, t: usize, take: &mut dyn FnMut(usize, &[f32])) -> Result<(), RowsError> {
+        let mut row = vec![0.0; self.shape.columns];
+        for first in (0..self.shape.rows).step_by(STRIP_ROWS) {
+            let strip = first..(first + STRIP_ROWS).min(self.shape.rows);
+            let read = || -> Result<Volume, PackedError> {
+                // A volume has two frames at least.
+                let (tau, frame_gains) = (Tau::equidistant(2)?, vec![self.shape.frame_gains[t]; 2]);
+                let shape = VolumeShape { tau, frame_gains, ..self.shape.clone() };
+                let mut volume = shape.of_rows(strip.len());
+                let stored = self.stored(t, std::slice::from_ref(&strip))?;
+                put(&volume.filling(), 0, &stored, self.shape.fine)?;
+                Ok(volume)
+            };
+            let volume = read()?;
+            for y in 0..strip.len() {
+                volume.copy_row(y, 0, &mut row);
+                take(first + y, &row);
+            }
+        }
+        Ok(())
     }
 }
 
