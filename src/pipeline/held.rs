@@ -112,7 +112,6 @@ pub fn frames_to_match(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibrate::PositionSource;
     use crate::pipeline::match_need;
 
     #[test]
@@ -125,16 +124,5 @@ mod tests {
         assert!(match_need(large, &options, Held::Packed) < 1 << 30);
         // Packing frames of a single block would save nothing.
         assert_eq!(by(Frames { rows: 500, columns: 700, ..large }, 1 << 20), Held::InMemory);
-    }
-
-    #[test]
-    fn a_calibration_with_frames_on_disk_takes_little_more_for_three_times_as_many() {
-        let need = |count, held| {
-            let frames = Frames { count, rows: 3648, columns: 5472, sample_bytes: 1 };
-            calibration_need(frames, 0, PositionSource::Stage, held)
-        };
-        assert!(need(300, Held::InMemory) > 12 << 30);
-        assert!(need(300, Held::Packed) < 2 << 30);
-        assert!(need(300, Held::Packed) < 3 * need(100, Held::Packed) / 2);
     }
 }

@@ -23,8 +23,12 @@ const RESULTS: u64 = 44;
 const JOINED: u64 = 17;
 /// The maps of two matches and their differences, in bytes per pixel.
 const EVALUATION: u64 = 100;
-/// The same of a calibration, of a rectification, and of a surface.
-const CALIBRATION: u64 = 50;
+/// The same of steps of a calibration: dark level and flat field; the shift between two frames; and what the first one
+/// leaves, its maps.
+const PHOTOMETRY: u64 = 54;
+const REGISTRATION: u64 = 36;
+const MAPS: u64 = 8;
+/// The same of a rectification, and of a surface.
 const RECTIFICATION: u64 = 26;
 const SURFACE: u64 = 156;
 /// A band of the windows that tell how bright frames are, in bytes for each column of each frame: 64 rows of 16 bit, of
@@ -129,21 +133,27 @@ pub fn merge_need(frames: Frames, options: &MatchOptions) -> u64 {
 /// Most bytes that a calibration takes, with the `frames` of a scan and `others`: the number of dark, flat
 /// and board frames of the same size, which are held raw.
 pub fn calibration_need(frames: Frames, others: usize, positions: PositionSource, held: Held) -> u64 {
-    let rectified = Frames { sample_bytes: 2, ..frames };
-    let at_once = match held {
-        Held::InMemory => rectified,
-        Held::Packed => Frames { count: frames.count.min(MatchedFrames::TOGETHER), ..rectified },
+    let rectified = match held {
+        Held::InMemory => Frames { sample_bytes: 2, ..frames },
+        Held::Packed => Frames { count: 0, ..frames },
     };
     let texture = match positions {
         PositionSource::Texture | PositionSource::Automatic => {
-            texture_motion::need(frames.count, frames.rows, frames.columns)
+            rectified.with(MAPS) + texture_motion::need(frames.count, frames.rows, frames.columns)
         }
         _ => 0,
     };
-    at_once.with(CALIBRATION)
-        + BAND_OF_WINDOWS * threads() * (frames.columns * frames.count) as u64
-        + others as u64 * frames.pixels() * frames.sample_bytes as u64
-        + texture
+    let windows = BAND_OF_WINDOWS * threads() * (frames.columns * frames.count) as u64;
+    // One after the other.
+    [
+        Frames { count: others, ..frames }.with(PHOTOMETRY),
+        rectification_need(frames),
+        rectified.with(REGISTRATION),
+        rectified.with(MAPS) + windows,
+        texture,
+    ]
+    .into_iter()
+    .fold(0, u64::max)
 }
 
 /// Most bytes that rectifying `frames` takes, and that packing them takes: some at a time are in memory.
@@ -214,15 +224,27 @@ mod tests {
     fn positions_from_the_texture_take_the_frames_once_more_but_small() {
         // 24 MP, reduced by six: 2.7 MB each. Small frames are held as they are.
         for (rows, columns, each) in [(4000, 6000, 4 * 666 * 1000), (500, 700, 4 * 500 * 700)] {
-            let of = |count: usize| {
-                let frames = Frames { count, rows, columns, sample_bytes: 1 };
-                let [texture, stage] = [PositionSource::Texture, PositionSource::Stage]
-                    .map(|positions| calibration_need(frames, 0, positions, Held::InMemory));
-                texture - stage
-            };
-            assert_eq!(of(30_000), 30_000 * each);
+            let frames = |count| Frames { count, rows, columns, sample_bytes: 1 };
+            let need = |count| calibration_need(frames(count), 0, PositionSource::Texture, Held::InMemory);
+            let held = |count| Frames { sample_bytes: 2, ..frames(count) }.with(MAPS);
+            assert_eq!(need(30_000), held(30_000) + 30_000 * each);
             // Some pictures are held in full size.
-            assert!(of(3) >= 8 * 4 * (rows * columns) as u64, "{}", of(3));
+            assert!(need(3) >= held(3) + 8 * 4 * (rows * columns) as u64, "{}", need(3));
+        }
+    }
+
+    #[test]
+    fn a_calibration_of_20_megapixels_takes_what_was_measured() {
+        // 100 frames of 8 bit, 6 dark and 6 flat ones, with two threads: peaks of 4,655,920 and 1,331,332 KiB.
+        let need = |count, held| {
+            let frames = Frames { count, rows: 3648, columns: 5472, sample_bytes: 1 };
+            calibration_need(frames, 12, PositionSource::Texture, held)
+        };
+        assert!(need(100, Held::InMemory) >= 4_655_920 << 10, "{}", need(100, Held::InMemory));
+        assert!(need(100, Held::Packed) >= 1_331_332 << 10, "{}", need(100, Held::Packed));
+        if threads() == 2 {
+            assert!(need(100, Held::InMemory) < 6_000_000 << 10, "{}", need(100, Held::InMemory));
+            assert!(need(300, Held::Packed) < 1_500_000 << 10, "{}", need(300, Held::Packed));
         }
     }
 }
