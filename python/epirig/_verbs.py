@@ -1813,6 +1813,7 @@ class SequenceVerbs:
         no_frame_gain: bool = False,
         linearity: Place | None = None,
         positions: Literal["auto", "target", "texture", "stage"] = "auto",
+        memory: str | None = None,
         anyway: bool = False,
         rig: Place | None = None,
         set: Several[str] = (),
@@ -1850,6 +1851,10 @@ class SequenceVerbs:
             - "target": The target.
             - "texture": The object's texture; scale and origin are the stage's.
             - "stage": The stage's report.
+        memory
+            Most memory to take, such as 2GiB or 800MB. Frames that are more are packed on disk
+            first, and read a part at a time. The results are the same. Without it: half of what is
+            free.
         anyway
             Continue although the scan is not closed and the positions of its frames are wrong.
         rig
@@ -1873,6 +1878,7 @@ class SequenceVerbs:
                 ("--no-frame-gain", no_frame_gain, False),
                 ("--linearity", linearity, None),
                 ("--positions", positions, "auto"),
+                ("--memory", memory, None),
                 ("--anyway", anyway, False),
                 ("--rig", rig, None),
                 ("--set", set, ()),
@@ -2009,9 +2015,9 @@ class SequenceVerbs:
         anyway
             Continue although the scan is not closed and the positions of its frames are wrong.
         memory
-            Most memory that the match may take, such as 2GiB or 800MB. Larger frames are packed on
-            disk first, as by ``epirig pack``, and read a block of rows at a time. The results are
-            the same. Without it: half of what is free.
+            Most memory to take, such as 2GiB or 800MB. Frames that are more are packed on disk
+            first, and read a part at a time. The results are the same. Without it: half of what is
+            free.
         quick
             First look: takes some 60 % of the time. Uses half of the frames if there are a hundred
             or more, looks for edges in small discs only, and searches occluding objects at half the
@@ -2267,9 +2273,9 @@ class SequenceVerbs:
         anyway
             Continue although the scan is not closed and the positions of its frames are wrong.
         memory
-            Most memory that the match may take, such as 2GiB or 800MB. Larger frames are packed on
-            disk first, as by ``epirig pack``, and read a block of rows at a time. The results are
-            the same. Without it: half of what is free.
+            Most memory to take, such as 2GiB or 800MB. Frames that are more are packed on disk
+            first, and read a part at a time. The results are the same. Without it: half of what is
+            free.
         quick
             First look: takes some 60 % of the time. Uses half of the frames if there are a hundred
             or more, looks for edges in small discs only, and searches occluding objects at half the
