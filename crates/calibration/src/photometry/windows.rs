@@ -25,6 +25,9 @@ const FARTHEST_PX: f64 = 3.0;
 /// Number of rows of each window that are used for that.
 const ROWS_LOOKED_AT: usize = 16;
 
+/// The disparity of a window in px, and the logarithms of its means over the frames.
+type Window = (f64, Vec<f64>);
+
 /// Follows windows through the frames that move by about `disparity_px`. Each finds its own disparity first:
 /// by Gauss-Newton steps on the drift of its contents with tau, whatever the brightness. So no texture enters
 /// or leaves at its edges, although the surface may be slanted.
@@ -42,7 +45,7 @@ pub(super) fn follow(
     let shape = frames.shape();
     let side = |size: usize| (size / PER_SIDE).clamp(SIDES.0, SIDES.1).min(size);
     let (width, height) = (side(shape.columns), side(shape.rows));
-    let windows: Result<Vec<Vec<(f64, Vec<f64>)>>, RowsError> = (0..shape.rows / height)
+    let windows: Result<Vec<Vec<Window>>, RowsError> = (0..shape.rows / height)
         .into_par_iter()
         .map(|band| {
             progress.unless_cancelled()?;
@@ -103,7 +106,7 @@ impl<'a> Band<'a> {
     }
 
     /// Disparity and logarithms of the means of all windows that at least two frames see.
-    fn windows(&self, disparity_px: f64, width: usize) -> Vec<(f64, Vec<f64>)> {
+    fn windows(&self, disparity_px: f64, width: usize) -> Vec<Window> {
         // A window's place is that of its left edge where tau is 0.
         let leftmost = -disparity_px.max(0.0);
         let count = ((self.columns as f64 + disparity_px.abs()) / width as f64) as usize;
