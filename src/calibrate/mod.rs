@@ -21,6 +21,7 @@ mod matched;
 mod plan;
 mod positions;
 mod record;
+mod rectified_frames;
 mod remarks;
 mod stage_axis;
 mod texture;

@@ -1,7 +1,6 @@
 //! The camera's motion, and the position of every frame, from the object's texture.
 
-use std::sync::OnceLock;
-
+use super::rectified_frames::RectifiedFrames;
 use super::remarks::{Remarks, some_of};
 use super::{CalibrateError, CameraMotionRecord, PositionSource, PositionsRecord};
 use epirig_calibration::lens::LensEstimate;
@@ -11,13 +10,10 @@ use epirig_calibration::texture_motion::{
     CameraPose, Frames, MotionLens, MotionModel, MotionOptions, Return, Step, TextureMotion,
     TextureMotionError, in_usual_steps, texture_motion,
 };
-use epirig_core::frame::full_scale;
-use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
-use epirig_core::rows::{RowSource, RowsError};
+use epirig_core::rows::RowSource;
 use epirig_core::statistics::root_mean_square;
 use epirig_core::tau::Tau;
-use epirig_core::volume::VolumeShape;
 use epirig_data::sequence::{Origin, Sequence};
 
 /// Places of points in frames: some hundred points in each of a hundred frames, from several anchors.
@@ -32,51 +28,6 @@ const MANY_REJECTED: f64 = 0.1;
 /// A focal length that is known worse than this, as a share, may bend the shape where frames turn: by a tenth of what a turn
 /// of a tenth of a degree moves at the borders.
 const VAGUE_FOCAL_LENGTH: f64 = 0.1;
-
-/// Rectified frames as frames of 8 bit.
-struct RectifiedFrames<'a> {
-    source: &'a dyn RowSource,
-    shape: VolumeShape,
-    progress: &'a dyn Progress,
-    /// Why a frame could not be read. Then the work ends as if it was cancelled.
-    unread: OnceLock<RowsError>,
-}
-
-impl Frames for RectifiedFrames<'_> {
-    fn count(&self) -> usize {
-        self.shape.tau.frames()
-    }
-
-    fn size(&self) -> (usize, usize) {
-        (self.shape.rows, self.shape.columns)
-    }
-
-    fn picture(&self, index: usize, factor: usize) -> Grid<f32> {
-        let VolumeShape { rows, columns, bit_depth, .. } = self.shape;
-        let (rows, columns) = (rows / factor, columns / factor);
-        let share = 255.0 / (f32::from(full_scale(bit_depth)) * (factor * factor) as f32);
-        let mut pixels = Vec::with_capacity(rows * columns);
-        let mut means = vec![0.0_f32; columns];
-        let read = self.source.each_row(index, &mut |y, row| {
-            for (mean, values) in means.iter_mut().zip(row.chunks_exact(factor)) {
-                *mean += share * values.iter().sum::<f32>();
-            }
-            if y % factor == factor - 1 {
-                pixels.extend_from_slice(&means);
-                means.fill(0.0);
-            }
-        });
-        if let Err(error) = read {
-            self.unread.get_or_init(|| error);
-        }
-        pixels.resize(rows * columns, 0.0);
-        Grid::from_values(rows, columns, pixels).expect("as many values as pixels")
-    }
-
-    fn cancelled(&self) -> bool {
-        self.unread.get().is_some() || self.progress.cancelled()
-    }
-}
 
 /// What the texture is looked for in.
 pub(super) struct Seen<'a> {
@@ -110,15 +61,13 @@ pub(super) fn from_texture(
 ) -> Result<FoundMotion, CalibrateError> {
     progress.begin("motion from the texture", 1);
     let Seen { frames: source, camera, lens, may } = seen;
-    let frames = RectifiedFrames { source, shape: source.shape(), progress, unread: OnceLock::new() };
+    let frames = RectifiedFrames::of(source, progress);
     let origin = &sequence.record().origin;
     let centre_px = [camera.principal_point_x_px, camera.principal_point_y_px];
     let lens = MotionLens { focal_length_px: camera.focal_length_px, centre_px, ..MotionLens::of(lens) };
     let options = MotionOptions { observations: OBSERVATIONS, lens: Some(lens), may };
     let motion = texture_motion(&frames, &options);
-    if let Some(unread) = frames.unread.get() {
-        return Err(unread.clone().into());
-    }
+    frames.unless_unread()?;
     let motion = motion.map_err(|error| match error {
         TextureMotionError::Cancelled(cancelled) => cancelled.into(),
         error => unmeasured(error, origin, frames.count(), &|frame| name(sequence, frame)),
@@ -395,9 +344,6 @@ fn cure(origin: &Origin, of_images: &'static str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use epirig_core::fault::Blame;
-    use epirig_core::progress::Silent;
-    use epirig_core::volume::Volume;
     use std::collections::BTreeMap;
 
     fn scanned() -> Origin {
@@ -457,41 +403,5 @@ mod tests {
         let names = "frame 4 (4.png), frame 5 (5.png), frame 6 (6.png) and 3 more cannot be connected";
         assert!(of_images.contains(names) && of_images.contains("--exclude"), "{of_images}");
         assert!(!said(scanned()).contains("--exclude") && said(scanned()).contains("--positions stage"));
-    }
-
-    /// Frames of a disk that fails at one of them.
-    #[derive(Debug)]
-    struct Failing;
-
-    impl RowSource for Failing {
-        fn shape(&self) -> VolumeShape {
-            let tau = Tau::equidistant(5).unwrap();
-            VolumeShape { rows: 64, columns: 96, bit_depth: 8, fine: true, frame_gains: vec![1.0; 5], tau }
-        }
-
-        fn rows(&self, _: &[usize], _: &[usize], _: Tau, _: &dyn Progress) -> Result<Volume, RowsError> {
-            unreachable!("whole frames are looked at")
-        }
-
-        fn each_row(&self, t: usize, take: &mut dyn FnMut(usize, &[f32])) -> Result<(), RowsError> {
-            (0..32).for_each(|y| take(y, &[100.0; 96]));
-            match t {
-                3 => Err(RowsError::Unread { message: "frame 3 is damaged".to_owned(), blame: Blame::Data }),
-                _ => Ok(()),
-            }
-        }
-    }
-
-    #[test]
-    fn a_frame_that_cannot_be_read_ends_the_search() {
-        let frames = RectifiedFrames {
-            source: &Failing,
-            shape: Failing.shape(),
-            progress: &Silent,
-            unread: OnceLock::new(),
-        };
-        let ended = texture_motion(&frames, &MotionOptions::of_positions(100));
-        assert!(matches!(ended, Err(TextureMotionError::Cancelled(_))), "{ended:?}");
-        assert!(frames.unread.get().is_some_and(|error| error.to_string() == "frame 3 is damaged"));
     }
 }

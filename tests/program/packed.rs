@@ -95,6 +95,9 @@ fn memory_decides_where_frames_are_and_not_what_comes_out() {
         &["the number of rows of a block is 0"],
     );
     assert!(!path.join("none").exists());
+    let words = ["calibrating needs up to", "--memory allows 1 MB"];
+    fails(path, &["calibrate", "seq", "--memory", "1MB"], 2, &words);
+    assert!(!path.join("seq/calibration.json").exists());
 }
 
 #[test]
